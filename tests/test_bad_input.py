@@ -360,7 +360,7 @@ DOORS: dict[str, Callable[[Any], object]] = {
     "system": lambda value: sp.read_system(value),
     "path of a run": lambda value: sp.load_run(value),
     "path of data": lambda value: sp.read_data(value),
-    "path of records": lambda value: sp.RecordedExcitation.from_csv(value),
+    "path of records": lambda value: sp.RecordedExcitation.from_file(value),
     "store": lambda value: sp.open_study(value),
     "study": lambda value: sp.study({"name": "n", "methods": value, "axes": {"order": [0.5]}}),
     "progress": lambda value: sp.design(LINEAR, lambda c: c, progress=value, **COST),

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         fit,
         read_data,
     )
+    from springpot.problem.bands import band_rms
     from springpot.problem.basquin import Basquin
     from springpot.problem.beams import beam
     from springpot.problem.dimensionless import Dimensionless
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from springpot.problem.free_numbers import free, nominal, with_values
     from springpot.problem.messages import (
         AccuracyWarning,
+        FileWarning,
         NoEffectWarning,
         ProblemWarning,
         RareEventWarning,
@@ -55,15 +57,15 @@ if TYPE_CHECKING:
     __version__: str
 
     __all__ = [
-        "AccuracyWarning", "Basquin", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts",
+        "AccuracyWarning", "Basquin", "Dimensionless", "FileWarning", "MeasuredFrequencyResponse", "MeasuredImpacts",
         "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
-        "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam",
-        "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit", "free",
-        "load_run", "nominal", "open_study", "read_data", "read_system", "recommended", "scatter", "sensitivity",
-        "simulate", "simulate_many", "study", "theory", "to_toml", "trust", "uncertain", "with_values",
+        "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "band_rms",
+        "beam", "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit",
+        "free", "load_run", "nominal", "open_study", "read_data", "read_system", "recommended", "scatter",
+        "sensitivity", "simulate", "simulate_many", "study", "theory", "to_toml", "trust", "uncertain", "with_values",
     ]  # fmt: skip
 
-_WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
+_WARNINGS = ("Accuracy", "File", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
 _DATA = ("FrequencyResponse", "Impacts", "Moduli", "Record", "Spectrum", "Statistics")
 _LATER = {
     name: f"springpot.{place}"
@@ -76,6 +78,7 @@ _LATER = {
         "explorer.commands": ("explore",),
         "figures": ("figures",),
         "fitting": ("fit", "read_data", *(f"Measured{data}" for data in _DATA)),
+        "problem.bands": ("band_rms",),
         "problem.basquin": ("Basquin",),
         "problem.beams": ("beam",),
         "problem.dimensionless": ("Dimensionless",),

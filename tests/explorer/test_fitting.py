@@ -87,7 +87,7 @@ def test_ticked_numbers_are_free_and_no_others(system: Path) -> None:
 
 
 def test_the_page_s_fit_is_that_of_the_library(system: Path) -> None:
-    device, data = sp.read_system(system), data_of(moduli(), "rubber.csv")
+    device, data = sp.read_system(system), data_of(moduli().encode(), "rubber.csv")[0]
     found = fitted(device, TICKED, data)
     same = sp.fit(freed(device, TICKED), data)
     assert [one["value"] for one in found["values"]] == [*same.values.values()]
@@ -276,7 +276,9 @@ def test_a_file_is_fitted_and_taken_into_the_sliders(rubber: Server, browser: Br
     order = float(page.locator("#field-springpot-order").input_value())
     assert abs(order - 0.5) < 0.01
     found = fitted(
-        sp.System(sp.Spring(50.0), sp.Springpot(0.3, 1.0), sp.WhiteNoise(1.0)), TICKED, data_of(moduli(), "a")
+        sp.System(sp.Spring(50.0), sp.Springpot(0.3, 1.0), sp.WhiteNoise(1.0)),
+        TICKED,
+        data_of(moduli().encode(), "a")[0],
     )
     assert order == pytest.approx(found["values"][1]["value"], rel=1e-4)
     assert page.locator("#fit-set").inner_text() == ""
@@ -299,6 +301,13 @@ def test_a_file_is_fitted_and_taken_into_the_sliders(rubber: Server, browser: Br
         ("c.csv", b"\\" * 9000, "c.csv, line 1: "),
         ("d.csv", ("#" + "\U0001f600" * 4000 + "\n" + moduli()).encode(), "d.csv: moduli, 15 points."),
         ("e" * 240 + ".csv", moduli().encode(), ": moduli, 15 points."),
+        ("f.csv", moduli().encode("utf-16"), "f.csv: moduli, 15 points."),
+        ("g.csv", "# Prüfung\n".encode("latin-1") + moduli().encode(), "g.csv: moduli, 15 points."),
+        (
+            "h.csv",
+            b"Freq (Hz);E' (Pa);tan delta\n0,1;1;0,2\n1;1,5;0,3\n9;2,3;0,3\n",
+            "3 points; its commas are decimal",
+        ),
     ):
         page.set_input_files("#fit-file", {"name": name, "mimeType": "text/csv", "buffer": content})
         note.filter(has_text=sentence).wait_for()

@@ -102,7 +102,7 @@ def test_a_table_takes_the_place_of_white_noise() -> None:
     for text, sentence in (
         ("frequency_Hz,psd_g2/Hz\n2,0.02\n1,0.01\n", "must increase"),
         ("frequency_Hz,psd_dB\n1,2\n2,3\n", "unit of psd"),
-        ("frequency_Hz,psd_g2/Hz\n1,0\n2,3\n", "psd"),
+        ("frequency_Hz,psd_g2/Hz\n1,0\n2,3\n", "has fewer than two points above 0"),
         ("", "empty"),
     ):
         with pytest.raises(ValueError, match=sentence):

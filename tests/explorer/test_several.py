@@ -155,7 +155,7 @@ def test_numbers_are_fitted_to_the_response_of_a_mass() -> None:
     lines = (f"{f},{h.real},{h.imag}" for f, h in zip(hertz, response, strict=True))
     text = "\n".join(["# at = b", "# on = a", "frequency_hz,real_m/N,imaginary_m/N", *lines])
     start = changed(PAIR, {"spring_2-stiffness": 5.0})
-    found = fitted(start, ["spring_2-stiffness"], data_of(text, "b.csv"))
+    found = fitted(start, ["spring_2-stiffness"], data_of(text.encode(), "b.csv")[0])
     assert found["values"][0]["value"] == pytest.approx(4.0, rel=1e-6)
 
 

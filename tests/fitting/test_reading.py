@@ -13,7 +13,7 @@ import pytest
 
 import springpot as sp
 from springpot import cli
-from springpot.machine import rows
+from springpot.files import text as text_of_files
 from springpot.machine.faults import FileError
 
 RUBBER = """[[parts]]
@@ -61,7 +61,7 @@ TIMES = [f"{0.1 * n:.1f},{n % 7}" for n in range(40)]
 BAD = [
     ("", "is empty: it needs a header"),
     ("# only a comment\n", "is empty: it needs a header"),
-    ("1,2,3\n", "line 1: '1' is not a column"),
+    ("1,2,3\n", "has no header: give columns=, a header for each of its 3 columns"),
     ("frequency,storage_Pa\n", "line 1: frequency must have its unit, as frequency_hz"),
     ("frequency_hz,storage\n", "line 1: storage must have its unit, as storage_Pa"),
     ("frequency_hz,storage_psi\n", "line 1: the unit of storage must be Pa, kPa, .* not 'psi'"),
@@ -79,7 +79,8 @@ BAD = [
     ("frequency_hz,storage_Pa\n1,1\n2,\n3,3\n", "line 3: storage_Pa has no number"),
     ("frequency_hz,storage_Pa\n1,1\n2,2,2\n3,3\n", "line 3: 2 numbers are needed, not 3"),
     ("frequency_hz,storage_Pa\n1,1\n2\n3,3\n", "line 3: 2 numbers are needed, not 1"),
-    ("frequency_hz;storage_Pa\n1,0;1\n2;2\n3;3\n", "line 2: frequency_hz must be a number, not '1,0'"),
+    ("frequency_hz;storage_Pa\n1,0;1\n2.5;2\n3;3\n", "line 3: frequency_hz must be a number with a decimal comma"),
+
     ("frequency_hz,storage_Pa\n1,1\n3,2\n2,3\n", "line 4: frequency_hz must be above the frequency before it"),
     ("frequency_hz,storage_Pa\n0,1\n3,2\n4,3\n", "line 2: frequency_hz must be greater than 0, not 0"),
     ('frequency_hz,storage_Pa\n1,"1\n2",2\n', "must have one row in each line"),
@@ -126,7 +127,7 @@ def test_what_is_no_file_of_data(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="it is a folder, not a file"):
         sp.read_data(tmp_path)
     (tmp_path / "raw.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FileError, match="is not text in UTF-8"):
+    with pytest.raises(FileError, match="is not text, nor a kind of file that is read here"):
         sp.read_data(tmp_path / "raw.csv")
 
 
@@ -179,7 +180,7 @@ STATISTICS = "quantity,value,error\n" + "".join(f"w{n}_impact_rate (1/s),1,1\n" 
         (STATISTICS, r"is not right: MeasuredStatistics must have at most 1,000 statistics\.$"),
         ("quantity,value,error\nx_rms (" + " " * 50_000 + "x,1,1\n", "line 2: .* must be a quantity with its unit"),
         ("# averages =" + " x" * 40_000 + "\nfrequency_hz,density_m2/Hz\n1,1\n2,1\n3,1\n", "averages must be a number"),
-        ("x" + " " * 90_000 + "(m,x_m\n1,1\n", "it must have a column frequency_hz"),
+        ("x" + " " * 90_000 + "(m,x_m\n1,1\n", "the unit of x must be m, mm"),
     ],
 )
 def test_what_is_large_is_refused_soon(tmp_path: Path, text: str, sentence: str) -> None:
@@ -193,7 +194,7 @@ def test_what_is_large_is_refused_soon(tmp_path: Path, text: str, sentence: str)
 
 def test_a_large_file_is_not_read_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     place = written(tmp_path, record_of(2, 40))
-    monkeypatch.setattr(rows, "MOST_NUMBERS", 60)
+    monkeypatch.setattr(text_of_files, "MOST_NUMBERS", 60)
     with pytest.raises(FileError, match=r"must have at most 60 numbers: line 22 has more\.$"):
         sp.read_data(place)
     with place.open("ab") as file:

@@ -21,22 +21,22 @@ def put(folder: Path, text: str, name: str = "ground.csv") -> Path:
 
 
 def test_units_times_and_rates(tmp_path: Path) -> None:
-    own = sp.RecordedExcitation.from_csv(put(tmp_path, COLUMNS))
+    own = sp.RecordedExcitation.from_file(put(tmp_path, COLUMNS))
     assert own == sp.RecordedExcitation((0.0, 0.01, 0.02), (0.0, 0.1 * 9.80665, -0.05 * 9.80665))
     assert (own.on, own.count, own.is_drawn) == ("ground", 1, False)
-    force = sp.RecordedExcitation.from_csv(put(tmp_path, "# of a hammer\ntime (ms);force (kN)\n0;1\n2;3\n"), on="box")
+    force = sp.RecordedExcitation.from_file(put(tmp_path, "# of a hammer\ntime (ms);force (kN)\n0;1\n2;3\n"), on="box")
     assert (force.time, force.values, force.on) == ((0.0, 0.002), (1e3, 3e3), "box")
-    rated = sp.RecordedExcitation.from_csv(put(tmp_path, "acceleration_gal\n1\n2\n"), rate=200.0, scale=2.0)
+    rated = sp.RecordedExcitation.from_file(put(tmp_path, "acceleration_gal\n1\n2\n"), rate=200.0, scale=2.0)
     assert (rated.time, rated.values, rated.scale) == ((0.0, 0.005), (0.01, 0.02), 2.0)
     assert rated.mean_square == pytest.approx(4.0 * sp.RecordedExcitation(rated.time, rated.values).mean_square)
 
 
 def test_several_columns_and_files(tmp_path: Path) -> None:
     two = put(tmp_path, "time_s,acceleration_m/s2,acceleration_m/s2\n0,0,1\n1,2,3\n", "two.csv")
-    three = sp.RecordedExcitation.from_csv([two, put(tmp_path, COLUMNS)], taken="at random")
+    three = sp.RecordedExcitation.from_file([two, put(tmp_path, COLUMNS)], taken="at random")
     assert (three.count, three.duration, three.is_drawn) == (3, 1.0, True)
     assert three.records[1] == ((0.0, 1.0), (1.0, 3.0))
-    shared = sp.RecordedExcitation.from_csv(two)
+    shared = sp.RecordedExcitation.from_file(two)
     assert shared.time == (0.0, 1.0)  # said once
     assert sp.RecordedExcitation(shared.time, shared.values) == shared
     assert shared.mean_square == pytest.approx((4.0 + 13.0) / 6.0)
@@ -63,10 +63,10 @@ def test_several_columns_and_files(tmp_path: Path) -> None:
         (
             "time_s,displacement_m\n0,0\n1,1\n",
             {},
-            "'displacement_m' is not a column: its name must be time, "
-            "acceleration or force, with a unit, as time_s, acceleration_m/s2 or force_N",
+            "has no column of an acceleration or a force: its header must be such as time_s,acceleration_g or "
+            "time_s,force_N, and columns= takes those that are meant",
         ),
-        ("time_s,acceleration_g,force_N\n0,0,1\n1,1,1\n", {}, "has accelerations and forces"),
+        ("time_s,acceleration_g,force_N\n0,0,1\n1,1,1\n", {}, "has columns acceleration_g and force_N"),
         ("time_s\n0\n1\n", {}, "has no column of an acceleration or a force"),
         (COLUMNS, {"on": "box"}, "on must be left out of a record of an acceleration"),
         ("time_s,force_N\n0,0\n1,1\n", {"on": "ground"}, "on must be a mass for a record of a force"),
@@ -75,7 +75,7 @@ def test_several_columns_and_files(tmp_path: Path) -> None:
 )
 def test_a_wrong_file_gets_one_sentence(tmp_path: Path, text: str, given: dict[str, Any], sentence: str) -> None:
     with pytest.raises(ValueError, match=sentence.replace("(", r"\(")) as caught:
-        sp.RecordedExcitation.from_csv(put(tmp_path, text), **given)
+        sp.RecordedExcitation.from_file(put(tmp_path, text), **given)
     assert "\n" not in str(caught.value)
 
 
@@ -85,7 +85,7 @@ def test_wrong_records_are_named() -> None:
     with pytest.raises(ValueError, match="one list for all records, or one for each of 2, not 3"):
         sp.RecordedExcitation(((0.0, 1.0),) * 3, ((0.0, 1.0), (1.0, 2.0)))
     with pytest.raises(FileNotFoundError, match=r"There is no file 'nowhere.csv'"):
-        sp.RecordedExcitation.from_csv("nowhere.csv")
+        sp.RecordedExcitation.from_file("nowhere.csv")
 
 
 def test_a_system_file_names_its_records(tmp_path: Path) -> None:
@@ -118,7 +118,7 @@ def wave(count: int, rate: float = 256.0, decimals: int = 5) -> str:
 
 def test_rounded_times_are_those_of_the_rate(tmp_path: Path) -> None:
     """By both readers; times of five decimals were kept, or refused."""
-    rated = sp.RecordedExcitation.from_csv(put(tmp_path, wave(200)))
+    rated = sp.RecordedExcitation.from_file(put(tmp_path, wave(200)))
     assert rated.time == tuple(n / 256.0 for n in range(200))
     motion = wave(200).replace("acceleration_m/s2", "a_m/s2")
     read = sp.read_data(put(tmp_path, motion))
@@ -148,14 +148,14 @@ def test_rounded_times_are_those_of_the_rate(tmp_path: Path) -> None:
 
 def test_corners_stay_where_they_were_put(tmp_path: Path) -> None:
     """A few points that may be rounded equal steps are a table of corners."""
-    found = sp.RecordedExcitation.from_csv(put(tmp_path, "time_s,force_N\n0,0\n1.2,1\n2.3,0\n3.5,2\n"))
+    found = sp.RecordedExcitation.from_file(put(tmp_path, "time_s,force_N\n0,0\n1.2,1\n2.3,0\n3.5,2\n"))
     assert found.time == (0.0, 1.2, 2.3, 3.5)
 
 
 def test_a_file_at_a_rate_holds_samples_and_a_few_points_are_corners(tmp_path: Path) -> None:
-    samples, corners = (sp.RecordedExcitation.from_csv(put(tmp_path, wave(n))) for n in (32, 31))
+    samples, corners = (sp.RecordedExcitation.from_file(put(tmp_path, wave(n))) for n in (32, 31))
     assert (samples.interpolation, corners.interpolation) == ("band-limited", "linear")
-    assert sp.RecordedExcitation.from_csv(put(tmp_path, wave(32)), interpolation="linear").interpolation == "linear"
+    assert sp.RecordedExcitation.from_file(put(tmp_path, wave(32)), interpolation="linear").interpolation == "linear"
     assert sp.RecordedExcitation(samples.time, samples.values).interpolation == "linear"
     system = sp.System(sp.Spring(1.0), samples)
     assert sp.read_system(put(tmp_path, sp.to_toml(system), "whole.toml")) == system
@@ -166,8 +166,8 @@ def test_a_file_at_a_rate_holds_samples_and_a_few_points_are_corners(tmp_path: P
         assert record.interpolation == kept
     uneven = wave(40).splitlines()
     uneven[20] = "0.0750,1.0"
-    assert sp.RecordedExcitation.from_csv(put(tmp_path, "\n".join(uneven))).interpolation == "linear"
+    assert sp.RecordedExcitation.from_file(put(tmp_path, "\n".join(uneven))).interpolation == "linear"
     with pytest.raises(ValueError, match="interpolation must be 'linear' where points are not at equal steps"):
-        sp.RecordedExcitation.from_csv(put(tmp_path, "\n".join(uneven)), interpolation="band-limited")
+        sp.RecordedExcitation.from_file(put(tmp_path, "\n".join(uneven)), interpolation="band-limited")
     with pytest.raises(ValueError, match="interpolation must be 'linear' or 'band-limited', not 'sinc'"):
         sp.RecordedExcitation((0.0, 1.0), (0.0, 1.0), interpolation="sinc")

@@ -150,7 +150,7 @@ def test_fits_of_records_do_not_cover_it() -> None:
 def test_a_table_in_a_file(tmp_path: Path, text: str, unit: Any) -> None:
     place = tmp_path / "profile.csv"
     place.write_text(text)
-    found, given = sp.SpectralExcitation.from_csv(place), sp.SpectralExcitation.from_psd((10, 40), (0.01, 0.04), unit)
+    found, given = sp.SpectralExcitation.from_file(place), sp.SpectralExcitation.from_psd((10, 40), (0.01, 0.04), unit)
     assert found.frequency == pytest.approx(given.frequency)
     assert found.psd == pytest.approx(given.psd, rel=1e-15)
     assert found.on == given.on
@@ -164,20 +164,23 @@ def test_a_table_in_a_file(tmp_path: Path, text: str, unit: Any) -> None:
         ("frequency_Hz,psd_g2/Hz,psd_g2/Hz\n1,2,3\n", "must have two columns, one of the frequency and one of the"),
         ("psd_g2/Hz,psd_g2/Hz\n1,2\n", "must have two columns, one of the frequency and one of the density"),
         ("frequency_Hz\n1\n", "must have two columns"),
-        ("frequency,psd_g2/Hz\n1,2\n", "line 1: frequency must have its unit, as frequency_hz."),
-        ("frequency_Hz,psd_g/Hz\n1,2\n", "N2/Hz, g2/(rad/s), m2/s4/(rad/s) or N2/(rad/s), not 'g/Hz'."),
+        ("frequency,psd_g2/Hz\n1,2\n", "line 1: frequency must have its unit, as frequency_hz: columns= states it."),
+        ("frequency_Hz,psd_g/Hz\n1,2\n", "N2/(rad/s) or kN2/(rad/s), not 'g/Hz'."),
         ("frequency_Hz,level_dB\n1,2\n", "'level_dB' is not a column"),
-        ("frequency_Hz,psd_g2/(rad/min)\n1,2\n", "or N2/(rad/s), not 'g2/(rad/min)'."),
+        ("frequency_Hz,psd_g2/(rad/min)\n1,2\n", "or kN2/(rad/s), not 'g2/(rad/min)'."),
         ("frequency_Hz,psd_g2/Hz\n1,x\n", "line 2: psd_g2/Hz must be a number, not 'x'."),
-        ("frequency_Hz,psd_g2/Hz\n2,1\n1,1\n", "is not right: frequency must increase from each point to the next"),
-        ("frequency_Hz,psd_g2/Hz\n1,-13\n2,-10\n", "psd[0] must be in (0, 1e+50], not -13. It is a density, not a"),
+        ("frequency_Hz,psd_g2/Hz\n2,1\n1,1\n", "line 3: the frequency must increase from each point to the next"),
+        (
+            "frequency_Hz,psd_g2/Hz\n1,-13\n2,-10\n",
+            "line 2: psd_g2/Hz must be a finite number, 0 or above. It is a density, not a",
+        ),
     ],
 )
 def test_a_wrong_file(tmp_path: Path, text: str, sentence: str) -> None:
     place = tmp_path / "profile.csv"
     place.write_text(text)
     with pytest.raises(ValueError, match=r"profile\.csv") as caught:
-        sp.SpectralExcitation.from_csv(place)
+        sp.SpectralExcitation.from_file(place)
     assert sentence in str(caught.value)
 
 
@@ -255,5 +258,5 @@ def test_a_problem_in_words_says_the_overall_level_and_the_filter() -> None:
     rough = np.random.default_rng(1).lognormal(0.0, 0.5, 200)
     ragged = sp.System(*shaken.parts[:3], FROM(np.geomspace(10.0, 2000.0, 200), rough, "g2/Hz"))
     assert "has a density that no filter of 24 sections follows" in sp.explain(ragged)
-    with pytest.raises(ValueError, match="Smooth the table, or thin it"):
+    with pytest.raises(ValueError, match="Thin the table to the points that matter, as from_file"):
         sp.simulate(ragged, paths=1)

@@ -159,7 +159,7 @@ def test_one_sentence_says_what_is_wrong(name: str) -> None:
     [
         (None, "profile.csv"),
         ("", "is empty: it needs a header"),
-        ("10,0.02\n2000,0.02\n", "line 1"),
+        ("10,0.02\n2000,0.02\n", "has no header: give columns="),
         ("frequency_Hz,level_dB\n10,-17\n", "'level_dB' is not a column"),
         ("time_s,time_s\n0,1\n", "time_s"),
         ("frequency_Hz,psd_g2/Hz\n10,0.02\n5,0.02\n", "frequency must increase"),

@@ -202,7 +202,7 @@ def test_a_coarse_record_loses_nothing_between_its_points(tmp_path) -> None:
     place.write_text("\n".join(["time_s,acceleration_m/s2", *rows]))
     found = {}
     for interpolation in (None, "linear"):
-        record = sp.RecordedExcitation.from_csv(place, interpolation=interpolation)
+        record = sp.RecordedExcitation.from_file(place, interpolation=interpolation)
         held = of_many_kinds(sp.Mass(2.0), sp.Spring(2.0 * natural**2), sp.Dashpot(0.2 * natural), record)
         run = sp.simulate(held, paths=1, record=1, step=1.0 / 7320.0)
         t, x = run.time, run.record[0, :, 0]

@@ -32,6 +32,7 @@ from springpot.cli.flags import (
 )
 from springpot.cli.tables import gap, is_number, plain, print_estimates
 from springpot.cli.terminal import Json, Whole, check_picture, print_json, print_table
+from springpot.files.units import Decimal
 from springpot.machine.bar import Bar, say
 from springpot.machine.faults import Stopped, known_word, with_error
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
@@ -360,7 +361,7 @@ def _one_or_many(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
 @app.command
 def fit(
     data: Annotated[
-        str, Parameter(help="CSV file of moduli, a spectrum, a response, a record, impacts or statistics, with units.")
+        str, Parameter(help="File of moduli, a spectrum, a response, a record, impacts or statistics: CSV, .AT2, ...")
     ],
     /,
     *,
@@ -382,6 +383,11 @@ def fit(
     rate: Annotated[
         float | None, Parameter(help="Samples per second, of a record without a column of the time.")
     ] = None,
+    unit: Annotated[str, Parameter(help="Of the values, where the file does not say it, such as g.")] = "",
+    columns: Annotated[
+        str, Parameter(help="A header for each column of a file without one, with commas, such as time_s,x_mm.")
+    ] = "",
+    decimal: Annotated[Decimal, Parameter(help="The decimal mark of the file, where it cannot be told.")] = "",
     out: Annotated[str | None, written("Write the system with the found values to a file.")] = None,
     uncertain: Annotated[
         bool,
@@ -410,7 +416,8 @@ def fit(
         from springpot.problem.free_numbers import free_numbers, with_values
 
     models = [read_system(name) for name in model]
-    measured = read_data(data, rate=rate)
+    headers = [header.strip() for header in columns.split(",")] if columns else None
+    measured = read_data(data, rate=rate, unit=unit, columns=headers, decimal=decimal)
     asked = models[0] if len(models) == 1 else models
     ending = asked_to_stop("springpot: stopping with the best numbers so far; Ctrl-C again ends at once.")
     with Bar("simulating", first="finding where to simulate", hint="") as bar, ending as stop:

@@ -16,6 +16,7 @@ from springpot.machine.bar import say
 from springpot.machine.extras import need
 from springpot.machine.plain import plain
 from springpot.machine.trusted import CacheWarning
+from springpot.problem.messages import FileWarning
 
 
 def _whole(type_: object, tokens: Sequence[Token]) -> int:
@@ -53,11 +54,11 @@ def print_json(answer: Mapping[str, Any]) -> None:
 
 @contextlib.contextmanager
 def warnings_as_sentences() -> Iterator[None]:
-    """Context in which the warning of an unused cache is printed as one sentence, without its place in the code."""
+    """Context in which warnings of an unused cache and of files are one sentence, without their place in the code."""
     before = warnings.showwarning
 
     def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
-        if issubclass(category, CacheWarning):
+        if issubclass(category, CacheWarning | FileWarning):
             say(f"warning: {message}")
         else:
             before(message, category, *place, **more)

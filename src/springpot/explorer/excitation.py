@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from springpot.explorer.ends import titled
+from springpot.files.table import Stated
 from springpot.machine.plain import plain
 from springpot.problem.parts import (
     CloughPenzienNoise,
@@ -19,8 +19,8 @@ from springpot.problem.parts import (
     SpectralExcitation,
     WhiteNoise,
 )
-from springpot.problem.parts.excitations import Excitation
-from springpot.problem.spectral_density import STANDARD_GRAVITY, densities_in
+from springpot.problem.parts.excitations import Excitation, densities_in
+from springpot.problem.spectral_density import STANDARD_GRAVITY
 from springpot.problem.system import System
 
 POINTS, POINTS_OF_TABLE = 241, 41
@@ -150,7 +150,9 @@ def with_table(system: System, text: str) -> System:
         )
     stated = dict(system.stated())
     old: Any = stated[name]
-    frequency, psd, unit = densities_in(io.StringIO(text), "the table")
-    on = old.on if unit == "N2/Hz" and not old.of_ground else ""
-    made = SpectralExcitation.from_psd(frequency, psd, unit, on=on, envelope=getattr(old, "envelope", None))
+    frequency, psd, of_force, _ = densities_in(text.encode(), "the table", Stated())
+    on = old.on if of_force and not old.of_ground else ""
+    made = SpectralExcitation.from_psd(
+        frequency, psd, "N2/Hz" if of_force else "m2/s4/Hz", on=on, envelope=getattr(old, "envelope", None)
+    )
     return System(**(stated | {name: made}))

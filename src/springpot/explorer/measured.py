@@ -160,8 +160,8 @@ def _read(text: str, name: str, stop: Callable[[], bool]) -> tuple[Any, str]:
     from springpot.explorer.fitting import described
     from springpot.fitting.reading import data_of
 
-    data = data_of(text, name, stop)
-    return data, described(data)
+    data, notes = data_of(text.encode(), name, stop)
+    return data, "; ".join([described(data), *notes])
 
 
 def _fitted(

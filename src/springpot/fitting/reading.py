@@ -1,19 +1,21 @@
-"""Data from a CSV file whose header has the units."""
+"""Data from a file of measurements."""
 
 from __future__ import annotations
 
-import io
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
-from itertools import chain
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 
+from springpot.files.reading import contents
+from springpot.files.table import Column, Stated, Table
+from springpot.files.text import Sheet, table_of
+from springpot.files.units import Decimal
 from springpot.fitting.columns import PointFault, column
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
@@ -23,10 +25,8 @@ from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.arguments import checked_path
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import FileError, listed, meant, shown
-from springpot.machine.files import open_text
-from springpot.machine.rows import rows_of, table_in
 from springpot.machine.sampling import checked_rate
-from springpot.problem.spectral_density import FREQUENCY_UNITS, STANDARD_GRAVITY
+from springpot.problem.messages import warn_of_file
 
 Data = (
     MeasuredModuli
@@ -38,35 +38,17 @@ Data = (
 )
 """Every kind of measured data."""
 
-UNITS: dict[str, dict[str, float]] = {
-    "frequency": FREQUENCY_UNITS,
-    "storage": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/m": 1.0, "N/mm": 1e3, "kN/m": 1e3},
-    "density": {"m2/Hz": 1.0, "mm2/Hz": 1e-6, "m2/s2/Hz": 1.0, "mm2/s2/Hz": 1e-6, "m2/s4/Hz": 1.0,
-                "g2/Hz": STANDARD_GRAVITY**2, "N2/Hz": 1.0, "kN2/Hz": 1e6},
-    "time": {"s": 1.0, "ms": 1e-3},
-    "x": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
-    "v": {"m/s": 1.0, "mm/s": 1e-3},
-    "a": {"m/s2": 1.0, "g": STANDARD_GRAVITY},
-    "before": {"m/s": 1.0, "mm/s": 1e-3},
-    "magnitude": {},
-    "phase": {"deg": np.pi / 180.0, "rad": 1.0},
-    "coherence": {"1": 1.0},
+_RESPONSES: dict[str, tuple[str, str]] = {
+    "m/N": ("x", "mass"), "mm/N": ("x", "mass"), "um/N": ("x", "mass"), "m/s/N": ("v", "mass"), "mm/s/N": ("v", "mass"),
+    "m/s2/N": ("a", "mass"), "g/N": ("a", "mass"), "s2": ("x", "ground"), "s": ("v", "ground"), "1": ("a", "ground"),
+    "g/g": ("a", "ground"),
 }  # fmt: skip
-"""What a column may be, and the units it may have."""
-UNITS["loss"], UNITS["after"] = UNITS["storage"], UNITS["before"]
-
-_RESPONSES: dict[str, tuple[float, str, str]] = {
-    "m/N": (1.0, "x", "mass"), "mm/N": (1e-3, "x", "mass"), "um/N": (1e-6, "x", "mass"), "m/s/N": (1.0, "v", "mass"),
-    "mm/s/N": (1e-3, "v", "mass"), "m/s2/N": (1.0, "a", "mass"), "g/N": (STANDARD_GRAVITY, "a", "mass"),
-    "s2": (1.0, "x", "ground"), "s": (1.0, "v", "ground"), "1": (1.0, "a", "ground"), "g/g": (1.0, "a", "ground"),
-}  # fmt: skip
-"""Units of a response: their size, and what such a response is of, and on."""
-UNITS["magnitude"] = UNITS["real"] = UNITS["imaginary"] = {unit: size for unit, (size, _, _) in _RESPONSES.items()}
+"""What a response is of, and on, by its unit."""
 
 _COLUMNS: dict[str, set[str]] = {
     "a record": {"time", "x", "v", "a"}, "impacts": {"before", "after"}, "a spectrum": {"frequency", "density"},
     "a frequency response": {"frequency", "magnitude", "phase", "real", "imaginary", "coherence"},
-    "moduli": {"frequency", "storage", "loss"},
+    "moduli": {"frequency", "storage", "loss", "tan_delta"},
 }  # fmt: skip
 _SETTINGS = {
     "relative_error": ("moduli", "a frequency response"), "averages": ("a spectrum", "a frequency response"),
@@ -75,31 +57,32 @@ _SETTINGS = {
     "at": ("a spectrum", "a record", "a frequency response"),
 }  # fmt: skip
 """What each kind of data may have, columns and settings."""
-MOST_BYTES = 200_000_000
-_SETTING = re.compile(r"#\s*([A-Za-z_]+)\s*[=:](.+)")
+_SETTING = re.compile(r"([A-Za-z_]+)\s*[=:](.+)")
+_AGREES = 0.05  # tan delta with loss / storage, as a share
 
 
-@dataclass(frozen=True, eq=False)
-class _Column:
-    """A column of the file in SI units."""
-
-    header: str
-    name: str
-    unit: str
-    values: Floats
-
-
-def read_data(path: str | Path, *, rate: float | None = None) -> Data:
-    """Measured data from a CSV file.
+def read_data(
+    path: str | Path, *, rate: float | None = None, unit: str = "",
+    columns: Sequence[str] | Mapping[str, str] | None = None, decimal: Decimal = "",
+) -> Data:  # fmt: skip
+    """Measured data from a file, whose kind is found from its content.
 
     Parameters
     ----------
     rate : float, optional
         Samples per second, of a record without a column of the time.
+    unit : str, optional
+        Of the values, where the file does not say it.
+    columns : sequence of str or mapping, optional
+        A header for each column of a file without one, such as ``["time_s", "x_mm"]``, empty for one that is left out;
+        or headers by the names in the file, of the columns that are wanted.
+    decimal : {".", ","}, optional
+        The decimal mark, where it cannot be told.
     path : str or Path
-        A header with the units, then a row for each point, separated by commas, semicolons or tabs:
+        Records of PEER (.AT2) and in the SMC or COSMOS format, universal files (dataset 58), MATLAB files, or a table
+        in text: a header with names and units, then a row for each point:
 
-        - moduli: ``frequency_hz``, ``storage_Pa`` and ``loss_Pa``, or one of them;
+        - moduli: ``frequency_hz``, ``storage_Pa`` and ``loss_Pa``, or one of them; or ``tan delta`` for one of them;
         - a spectrum: ``frequency_hz`` and ``density_m2/Hz`` (of x), ``density_m2/s2/Hz`` (of v), ``density_m2/s4/Hz``
           or ``density_g2/Hz`` (of an acceleration), ``density_N2/Hz`` (of a force, with ``# of = mount_force``);
         - a frequency response: ``frequency_hz``, ``magnitude_m/N`` and ``phase_deg``, or ``real_m/N`` and
@@ -111,11 +94,11 @@ def read_data(path: str | Path, *, rate: float | None = None) -> Data:
         - statistics: the header ``quantity,value,error``, then lines such as ``x_rms (mm),2.41,0.03`` or
           ``impact_rate (1/min),97,2``.
 
-        Other units are ``rad/s``, ``kHz``, ``kPa``, ``MPa``, ``GPa``, ``N/m``, ``N/mm``, ``ms``, ``mm``, ``um`` and
-        ``mm/s``.  Lines that begin with ``#`` are comments, or settings such as ``# averages = 64``:
-        ``relative_error``, ``averages``, ``sampling_rate_hz``, ``window``, ``segment``, ``noise`` and ``error`` (both
-        in SI units).  Of several masses ``at`` is the one that was measured, and ``on`` the one that the force acts on.
-        The file may have 200 MB, 1000 columns and 20 million numbers.
+        Other names and units in use are understood too, such as ``Time (sec)``, ``Acc (G)``, ``E' (MPa)``.  Lines that
+        begin with ``#``, ``%`` or ``//`` are comments, or settings such as ``# averages = 64``: ``relative_error``,
+        ``averages``, ``sampling_rate_hz``, ``window``, ``segment``, ``noise`` and ``error`` (both in SI units).  Of
+        several masses ``at`` is the one that was measured, and ``on`` the one that the force acts on.  The file may
+        have 200 MB, 1000 columns and 20 million numbers.
 
     Returns
     -------
@@ -127,7 +110,12 @@ def read_data(path: str | Path, *, rate: float | None = None) -> Data:
     FileNotFoundError
         If there is no such file.
     ValueError
-        One sentence that says what is wrong in it, and in which line.
+        One sentence that says what is wrong in it, in which line, and what to do.
+
+    Warns
+    -----
+    FileWarning
+        With what was assumed, in one line.
 
     Examples
     --------
@@ -139,17 +127,17 @@ def read_data(path: str | Path, *, rate: float | None = None) -> Data:
     """
     path = checked_path(path, "path")
     title = f"data file {str(path)!r}"
-    rate = checked_rate(rate)
-    with open_text(path, title, MOST_BYTES) as file:
-        return _read(file, title, rate=rate)
+    data, notes = _read(path, title, Stated(unit, columns, rate, decimal))
+    warn_of_file(title, notes)
+    return data
 
 
-def data_of(text: str, title: str, stop: Callable[[], bool] | None = None) -> Data:
-    """Measured data from the text of such a file.
+def data_of(content: bytes, title: str, stop: Callable[[], bool] | None = None) -> tuple[Data, list[str]]:
+    """Measured data from the content of such a file, and what was assumed.
 
     Parameters
     ----------
-    text : str
+    content : bytes
     title : str
         Names it in what is said of its faults.
     stop : callable, optional
@@ -164,34 +152,34 @@ def data_of(text: str, title: str, stop: Callable[[], bool] | None = None) -> Da
 
     Examples
     --------
-    >>> data_of("before_m/s,after_m/s\\n1,0.7\\n2,1.4\\n3,2.1\\n", "impacts.csv").after.tolist()
+    >>> data_of(b"before_m/s,after_m/s\\n1,0.7\\n2,1.4\\n3,2.1\\n", "impacts.csv")[0].after.tolist()
     [0.7, 1.4, 2.1]
     """
-    return _read(io.StringIO(text, newline=None), title, stop)
+    return _read(content, title, Stated(), stop)
 
 
-def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None, rate: float | None = None) -> Data:
+def _read(
+    source: Path | bytes, title: str, stated: Stated, stop: Callable[[], bool] | None = None
+) -> tuple[Data, list[str]]:
     settings: dict[str, str] = {}
-    rows = rows_of(file, title, partial(_note, settings=settings, title=title), stop)
-    line, cells = next(rows)
-    if tuple(" ".join(cell.split()).lower() for cell in cells) == HEADER:
-        found = statistics_in(rows, title)
-        if rate is not None:
-            raise FileError(f"rate is of a record, and {title} has statistics: leave it out.")
-        if settings:
-            name = next(iter(settings))
-            raise FileError(
-                f"{title} is not right: {name} is a setting of {listed(_SETTINGS[name], 'or')}, not of statistics."
-            )
-        return found
-    table = table_in(chain([(line, cells)], rows), UNITS, title)
-    each = zip(table.heads, table.columns, table.values.T, strict=True)
-    columns = [_Column(head, *own, values) for head, own, values in each]
+    note = partial(_note, settings=settings, title=title)
+    with contents(source, title, stated, note, HEADER, stop) as found:
+        if isinstance(found, Sheet) and found.names == [*HEADER]:
+            statistics = statistics_in(found.rows, title, found.decimal)
+            if stated.rate is not None:
+                raise FileError(f"rate is of a record, and {title} has statistics: leave it out.")
+            if settings:
+                name = next(iter(settings))
+                raise FileError(f"{title} is not right: {name} is a setting of {listed(_SETTINGS[name], 'or')}, not of "
+                                "statistics.")  # fmt: skip
+            return statistics, found.notes
+        table = found if isinstance(found, Table) else table_of(found, stated)
     try:
-        return _made(columns, settings, rate)
+        return _made(table, settings, stated), table.notes
     except PointFault as fault:
-        header = _header_of(columns, fault.name)
-        raise FileError(f"{title}, line {table.lines[fault.place]}: {header} {fault.what}") from None
+        raise FileError(f"{table.where(fault.place)}: {_header_of(table.columns, fault.name)} {fault.what}") from None
+    except FileError:
+        raise
     except (TypeError, ValueError) as fault:
         raise FileError(f"{title} is not right: {fault}") from None
 
@@ -211,10 +199,11 @@ def _note(line: str, number: int, *, settings: dict[str, str], title: str) -> No
     settings[name] = match[2].strip()
 
 
-def _made(columns: list[_Column], settings: Mapping[str, str], rate: float | None) -> Data:
-    names = [column.name for column in columns]
-    if names and {*names} <= {"x", "v", "a"} and (rate is not None or "sampling_rate_hz" in settings):
-        return _record(None, columns, settings, rate)
+def _made(table: Table, settings: Mapping[str, str], stated: Stated) -> Data:
+    columns, names = table.columns, [column.quantity for column in table.columns]
+    rate = stated.rate
+    if names and {*names} <= {"x", "v", "a"} and (rate or table.rate or "sampling_rate_hz" in settings):
+        return _record(table, settings, stated)
     if rate is not None:
         kind = "with a column of the time" if "time" in names else "of another kind"
         raise ValueError(f"rate must be left out of data {kind}: it is that of a record without one.")
@@ -225,19 +214,19 @@ def _made(columns: list[_Column], settings: Mapping[str, str], rate: float | Non
                          "(statistics).")  # fmt: skip
     for name, count in Counter(names).items():
         if count > 1 and name not in ("x", "v", "a"):
-            raise ValueError(f"{name} must be one column, not {count}.")
-    own = {column.name: column for column in columns}
+            raise ValueError(f"{name} must be one column, not {count}: columns= takes the one that is meant.")
+    own = {column.quantity: column for column in columns}
     if first == "time":
-        return _record(own["time"], [column for column in columns if column.name != "time"], settings)
+        return _record(table, settings, stated)
     if first == "before":
         given = _given(own, settings, "impacts")
         if "after" not in own:
             raise ValueError("it must have a column after_m/s beside that of the speeds before.")
         return MeasuredImpacts(own["before"].values, own["after"].values, **given)
     if "density" in own:
-        return _spectrum(own, settings)
+        return _spectrum(_without_zero(table), settings)
     if {"magnitude", "phase", "real", "imaginary", "coherence"} & {*own}:
-        return _response(own, settings)
+        return _response(_without_zero(table), settings)
     given = _given(own, settings, "moduli")
     moduli: dict[str, Any] = {name: own[name].values for name in ("storage", "loss") if name in own}
     if not moduli:
@@ -246,28 +235,53 @@ def _made(columns: list[_Column], settings: Mapping[str, str], rate: float | Non
     areal = {"Pa" in own[name].unit for name in moduli}
     if len(areal) > 1:
         raise ValueError("storage and loss must both be moduli in Pa, or both stiffnesses in N/m.")
+    if "tan_delta" in own:
+        _complete(moduli, own["tan_delta"].values, table)
     return MeasuredModuli(own["frequency"].values, **moduli, **given)
 
 
-def _record(
-    time: _Column | None, others: list[_Column], settings: Mapping[str, str], rate: float | None = None
-) -> MeasuredRecord:
+def _complete(moduli: dict[str, Any], tangent: Floats, table: Table) -> None:
+    """The modulus that is missing, by tan delta; where none is, the three must agree."""
+    with np.errstate(all="ignore"):
+        if "loss" not in moduli:
+            moduli["loss"] = moduli["storage"] * tangent
+        elif "storage" not in moduli:
+            moduli["storage"] = moduli["loss"] / tangent
+        elif (wrong := ~(np.abs(moduli["storage"] * tangent / moduli["loss"] - 1.0) <= _AGREES)).any():
+            point = int(wrong.argmax()) + 1
+            raise ValueError(f"tan delta must be loss / storage, but is not at point {point}: columns= leaves it out.")
+
+
+def _without_zero(table: Table) -> dict[str, Column]:
+    """The columns by what they are, without the line at 0 Hz, of which no model says anything."""
+    frequency = table.of("frequency")[0].values
+    first = int(frequency.size > 1 and frequency[0] == 0.0)
+    if first:
+        table.notes.append("its line at 0 Hz is left out")
+    return {column.quantity: replace(column, values=column.values[first:]) for column in table.columns}
+
+
+def _record(table: Table, settings: Mapping[str, str], stated: Stated) -> MeasuredRecord:
+    time, rate = next(iter(table.of("time")), None), stated.rate
     given = _given((), settings, "a record")
-    stated = checked_rate(given.pop("sampling_rate_hz", None))
-    if stated is not None and (time is not None or rate is not None):
+    in_file = checked_rate(given.pop("sampling_rate_hz", None))
+    if in_file is not None and (time is not None or rate is not None):
         other = "rate" if time is None else "the column of the time"
         raise ValueError(f"sampling_rate_hz must be left out beside {other}.")
-    kinds = {column.name for column in others}
+    kinds = {column.quantity for column in table.columns} - {"time"}
     if len(kinds) != 1 or not kinds <= _COLUMNS["a record"]:
-        have = listed([*dict.fromkeys(column.header for column in others)]) if others else "nothing"
-        raise ValueError(f"a record must have columns of one kind beside the time, such as x_m, not {have}.")
+        own = [*dict.fromkeys(column.header for column in table.columns if column.quantity != "time")]
+        raise ValueError("a record must have columns of one kind beside the time, such as x_m, not "
+                         f"{listed(own) if own else 'nothing'}: columns= takes those that are meant.")  # fmt: skip
     of: Any = kinds.pop()
-    values = np.array([column.values for column in others])
-    times = np.arange(values.shape[1]) / (rate or stated or 1.0) if time is None else time.values
+    values = np.array([column.values for column in table.alike(of, stated)])
+    if time is None:
+        rate = in_file or table.sampled_at(rate)
+    times = np.arange(values.shape[1]) / (rate or 1.0) if time is None else time.values
     return MeasuredRecord(times, values, of, **given)
 
 
-def _spectrum(own: Mapping[str, _Column], settings: Mapping[str, str]) -> MeasuredSpectrum:
+def _spectrum(own: Mapping[str, Column], settings: Mapping[str, str]) -> MeasuredSpectrum:
     given = _given(own, settings, "a spectrum")
     if "averages" not in given:
         raise ValueError("it must state the number of averages in a line such as: # averages = 64")
@@ -285,7 +299,7 @@ def _spectrum(own: Mapping[str, _Column], settings: Mapping[str, str]) -> Measur
     return MeasuredSpectrum(own["frequency"].values, density.values, **{"of": of, **given})
 
 
-def _response(own: Mapping[str, _Column], settings: Mapping[str, str]) -> MeasuredFrequencyResponse:
+def _response(own: Mapping[str, Column], settings: Mapping[str, str]) -> MeasuredFrequencyResponse:
     given = _given(own, settings, "a frequency response")
     pairs = [pair for pair in (("magnitude", "phase"), ("real", "imaginary")) if {*pair} & {*own}]
     if len(pairs) != 1 or not {*pairs[0]} <= {*own}:
@@ -294,11 +308,11 @@ def _response(own: Mapping[str, _Column], settings: Mapping[str, str]) -> Measur
     first, second = (own[name] for name in pairs[0])
     if pairs[0] == ("real", "imaginary") and first.unit != second.unit:
         raise ValueError(f"real and imaginary must have the same unit, not {first.unit} and {second.unit}.")
-    a, b = column(first.values, first.name), column(second.values, second.name)
+    a, b = column(first.values, first.quantity), column(second.values, second.quantity)
     response = a * np.exp(1j * b) if pairs[0] == ("magnitude", "phase") else a + 1j * b
     if "coherence" in own:
         given["coherence"] = own["coherence"].values
-    _, of, on = _RESPONSES[first.unit]
+    of, on = _RESPONSES[first.unit]
     if on == "ground" and "on" in given:
         raise ValueError(f"on is of a force, and {first.header} is of the ground's acceleration.")
     given = {"of": of, "on": on, **given}
@@ -324,9 +338,9 @@ def _given(columns: Iterable[str], settings: Mapping[str, str], kind: str) -> di
     return found
 
 
-def _header_of(columns: list[_Column], name: str) -> str:
+def _header_of(columns: list[Column], name: str) -> str:
     """The header of the column that a fault of the data names."""
     plain = {"frequency_hz": ("frequency",), "values": ("x",), "response": ("magnitude", "real")}.get(name, (name,))
-    found = [column.header for column in columns if column.name in plain]
-    moved = [column.header for column in columns if column.name in ("x", "v", "a")]
+    found = [column.header for column in columns if column.quantity in plain]
+    moved = [column.header for column in columns if column.quantity in ("x", "v", "a")]
     return (found or moved or [name])[0]

@@ -6,12 +6,12 @@ import re
 from collections.abc import Iterable
 from itertools import islice
 
+from springpot.files.text import Row, number_of
+from springpot.files.units import STANDARD_GRAVITY
 from springpot.fitting.columns import PointFault
 from springpot.fitting.statistics import MOST_STATISTICS, QUANTILE, MeasuredStatistics
 from springpot.machine.faults import FileError, listed, meant, shown
-from springpot.machine.rows import Row
 from springpot.problem.catalogue import unit_of as unit_of_quantity
-from springpot.problem.spectral_density import STANDARD_GRAVITY
 
 HEADER = ("quantity", "value", "error")
 
@@ -73,7 +73,7 @@ def _unit_in_si(name: str) -> str:
     return unit_of_quantity(f"{quantile[1]}_quantile" if quantile else name, heavy=True)
 
 
-def statistics_in(rows: Iterable[Row], title: str) -> MeasuredStatistics:
+def statistics_in(rows: Iterable[Row], title: str, decimal: str = ".") -> MeasuredStatistics:
     """Statistics from the rows below the header.
 
     Raises
@@ -91,6 +91,8 @@ def statistics_in(rows: Iterable[Row], title: str) -> MeasuredStatistics:
     for line, row in islice(rows, MOST_STATISTICS + 1):
         lines.append(line)
         where = f"{title}, line {line}"
+        if len(row) == len(HEADER) + 1 and not row[-1].strip():
+            del row[-1]
         if len(row) != len(HEADER):
             raise FileError(f"{where}: a quantity, its value and its error are needed, not {len(row)} cells.")
         match = _QUANTITY.fullmatch(row[0].strip())
@@ -102,7 +104,10 @@ def statistics_in(rows: Iterable[Row], title: str) -> MeasuredStatistics:
             raise FileError(f"{where}: {fault}") from None
         if match[1] in found:
             raise FileError(f"{where}: {match[1]} must be given only once.")
-        found[match[1]] = _number(row[1], "value", where) * factor, _number(row[2], "error", where) * factor
+        found[match[1]] = (
+            _number(row[1], "value", where, decimal) * factor,
+            _number(row[2], "error", where, decimal) * factor,
+        )
     try:
         return MeasuredStatistics.of(found)
     except PointFault as fault:
@@ -111,9 +116,9 @@ def statistics_in(rows: Iterable[Row], title: str) -> MeasuredStatistics:
         raise FileError(f"{title} is not right: {fault}") from None
 
 
-def _number(cell: str, name: str, where: str) -> float:
+def _number(cell: str, name: str, where: str, decimal: str) -> float:
     try:
-        return float(cell)
+        return number_of(cell, decimal)
     except ValueError:
         text = cell.strip()
         what = f"must be a number, not {shown(text)}" if text else "is missing"

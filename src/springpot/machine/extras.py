@@ -14,6 +14,7 @@ EXTRAS = {
     "studies": _STUDIES,
     "cluster": ("distributed", *_STUDIES),
     "page": ("pydantic", "starlette", "uvicorn", "websockets"),
+    "uff": ("pyuff",),
 }
 """What each extra installs, by its names in Python."""
 

@@ -15,7 +15,7 @@ import threading
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from springpot.machine.faults import FileError
 
@@ -117,19 +117,6 @@ def open_bytes(path: str | Path, title: str, largest: int) -> Iterator[BinaryIO]
         if os.fstat(file.fileno()).st_size > largest:
             raise Damaged(_too_large(largest))
         yield file
-
-
-@contextlib.contextmanager
-def open_text(path: str | Path, title: str, largest: int) -> Iterator[TextIO]:
-    """The same as text in UTF-8.
-
-    Raises
-    ------
-    FileNotFoundError, FileError
-        As `read_text`; what is not UTF-8 is found when it is read.
-    """
-    with _sentences(path, title), open_bytes(path, title, largest) as file:
-        yield io.TextIOWrapper(file, "utf-8-sig")
 
 
 def append_line(path: str | Path, line: bytes) -> int:

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
+from springpot.files.units import Decimal
 from springpot.machine.arguments import LARGEST, Free, Uncertain, checked_name, checked_path, finite_number
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
@@ -78,6 +79,7 @@ _UNCERTAIN = {
 _MARKED: dict[str, Any] = {"free": _FREE, "uncertain": _UNCERTAIN}
 _TABLE = tuple[float, ...]
 _UNIT: dict[str, Any] = {"psd_unit": DensityUnit, "sides": Sides, "on": str}
+_OF_FILE: dict[str, Any] = {"unit": str, "columns": tuple[str, ...], "decimal": Decimal}
 _BY_DENSITY: tuple[tuple[Callable[..., object], str, str, str, dict[str, Any], set[str]], ...] = (
     (
         WhiteNoise.from_psd, "white_noise", "psd", "White noise by its spectral density.",
@@ -97,13 +99,13 @@ _BY_DENSITY: tuple[tuple[Callable[..., object], str, str, str, dict[str, Any], s
         {"frequency", "psd", "psd_unit"},
     ),
     (
-        SpectralExcitation.from_csv, "spectral_excitation", "path",
-        "A noise by the table of its spectral density in a CSV file, beside the system's own.",
-        {"path": str, "scale": float, "on": str}, {"path"},
+        SpectralExcitation.from_file, "spectral_excitation", "path",
+        "A noise by the table of its spectral density in a file, beside the system's own.",
+        {"path": str, "tolerance": float, **_OF_FILE, "scale": float, "on": str}, {"path"},
     ),
     (
-        RecordedExcitation.from_csv, "recorded_excitation", "path", "Records in CSV files, beside the system's own.",
-        {"path": str | tuple[str, ...], "rate": float, "scale": float, "on": str, "taken": Taken,
+        RecordedExcitation.from_file, "recorded_excitation", "path", "Records in files, beside the system's own.",
+        {"path": str | tuple[str, ...], "rate": float, **_OF_FILE, "scale": float, "on": str, "taken": Taken,
          "interpolation": Interpolation}, {"path"},
     ),
 )  # fmt: skip
@@ -121,8 +123,8 @@ def read_system(source: str | Path | Mapping[str, Any], folder: str | Path | Non
         in small letters, such as ``polynomial_spring``), its numbers under their names in Python and, if you like, a
         ``name``.  A ``white_noise`` takes ``psd``, ``psd_unit`` and ``sides`` instead of ``intensity``.  A
         ``spectral_excitation`` takes ``psd_unit`` beside ``frequency`` and ``psd``, or ``slopes`` and ``at`` too, or
-        ``path``, the place of its table.  A ``recorded_excitation`` takes ``path``, the place of a CSV file or of
-        several, and ``rate``.
+        ``path``, the place of its table, and ``tolerance``.  A ``recorded_excitation`` takes ``path``, the place of a
+        file or of several, and ``rate``; both take ``unit``, ``columns`` and ``decimal``.
     folder : str or Path, optional
         Where such places begin; that of the file if left out.
 

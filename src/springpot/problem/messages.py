@@ -6,12 +6,14 @@ as Python warnings of their category, so that `warnings.filterwarnings` can tell
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 __all__ = [
-    "MESSAGES", "AccuracyWarning", "Message", "NoEffectWarning", "ProblemWarning", "RareEventWarning",
-    "SpringpotWarning", "StationarityWarning", "say",
+    "MESSAGES", "AccuracyWarning", "FileWarning", "Message", "NoEffectWarning", "ProblemWarning", "RareEventWarning",
+    "SpringpotWarning", "StationarityWarning", "say", "warn_of_file",
 ]  # fmt: skip
 
 
@@ -37,6 +39,10 @@ class ProblemWarning(SpringpotWarning):
 
 class NoEffectWarning(SpringpotWarning):
     """An argument was given that changes nothing."""
+
+
+class FileWarning(SpringpotWarning):
+    """Something was assumed of a file that it does not say itself."""
 
 
 class Message(str):
@@ -84,8 +90,15 @@ def say(name: str, /, **numbers: Any) -> Message:
     return Message(MESSAGES[name].sentence.format(**numbers), name)
 
 
+def warn_of_file(title: str, notes: Sequence[str]) -> None:
+    """Warn of what was assumed of a file, in one line, where the caller of a function of the library called it."""
+    if notes:
+        warnings.warn(say("assumed_of_file", file=title, assumed="; ".join(notes)), FileWarning, stacklevel=3)
+
+
 _ACCURACY, _STATIONARY, _RARE = AccuracyWarning, StationarityWarning, RareEventWarning
 _PROBLEM, _NO_EFFECT = ProblemWarning, NoEffectWarning
+_OF_FILE = FileWarning
 
 MESSAGES: dict[str, Kind] = {
     "not_finite": Kind(
@@ -315,6 +328,11 @@ MESSAGES: dict[str, Kind] = {
         "wall, or rattle in a narrow gap, of impacts that are mostly small; slowest_counted_impact of a run counts "
         "those that are not.",
         "Give slowest_counted_impact=.",
+    ),
+    "assumed_of_file": Kind(
+        _OF_FILE,
+        "{file}: {assumed}.",
+        "Compare it with the file; unit=, columns=, rate= and decimal= state what it is.",
     ),
     "no_effect": Kind(_NO_EFFECT, "{argument} has no effect{why}.", "Leave the argument out."),
 }  # fmt: skip

@@ -17,20 +17,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Literal, TextIO, get_args
+from typing import Literal, get_args
 
-from springpot.machine.arguments import LARGEST, Free, checked_path, finite_number, one_of
-from springpot.machine.faults import FileError, listed, shown
-from springpot.machine.files import open_text
+from springpot.files.units import FREQUENCY_UNITS, STANDARD_GRAVITY
+from springpot.machine.arguments import LARGEST, Free, finite_number, one_of
 
 __all__ = ["STANDARD_GRAVITY", "intensity_from_psd", "psd_from_intensity"]
-
-STANDARD_GRAVITY = 9.80665
-"""g in m/s^2, exact by definition (3rd General Conference on Weights and Measures, 1901)."""
-
-FREQUENCY_UNITS = {"hz": 1.0, "Hz": 1.0, "kHz": 1e3, "rad/s": 0.5 / math.pi}
-"""Units of frequency, in Hz."""
 
 DensityUnit = Literal["g2/Hz", "m2/s4/Hz", "N2/Hz"]
 FrequencyUnit = Literal["Hz", "kHz", "rad/s"]
@@ -133,7 +125,6 @@ def check_excited(of: object, unit: DensityUnit) -> None:
         raise ValueError(f"of={of!r} needs {right}, not {unit!r}.")
 
 
-MOST_BYTES = 10_000_000
 OCTAVE = 10.0 * math.log10(2.0)
 """dB of a density that is proportional to the frequency, in an octave."""
 
@@ -172,53 +163,3 @@ def along_slopes(frequency: Sequence[float], slopes: Sequence[float], psd: float
     place = max(n for n in range(len(slopes)) if frequency[n] <= at)
     there = logs[place] + slopes[place] / OCTAVE * math.log(at / frequency[place])
     return tuple(psd * math.exp(log - there) for log in logs)
-
-
-def read_densities(path: str | Path) -> tuple[tuple[float, ...], tuple[float, ...], DensityUnit]:
-    """Frequencies in Hz, densities per Hz and their unit, from a CSV file with the units in its header.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    ValueError
-        One sentence that says what is wrong in it.
-    """
-    path = checked_path(path, "path")
-    title = f"density file {str(path)!r}"
-    with open_text(path, title, MOST_BYTES) as file:
-        return densities_in(file, title)
-
-
-def densities_in(file: TextIO, title: str) -> tuple[tuple[float, ...], tuple[float, ...], DensityUnit]:
-    """The same of an open file, whose title is in what is said of its faults.
-
-    Raises
-    ------
-    ValueError
-        One sentence that says what is wrong in it.
-
-    Examples
-    --------
-    >>> import io
-    >>> densities_in(io.StringIO("frequency_kHz,psd_g2/Hz\\n0.01,0.02\\n2,0.01\\n"), "the table")
-    ((10.0, 2000.0), (0.02, 0.01), 'g2/Hz')
-    """
-    from springpot.machine.rows import rows_of, table_in  # slow to import, as NumPy is
-
-    per_hertz = {unit: unit for unit in get_args(DensityUnit)}
-    per_radian = {unit.replace("Hz", "(rad/s)"): unit for unit in per_hertz}  # 2 pi of these are 1 Hz
-    sizes = dict.fromkeys(per_hertz, 1.0) | dict.fromkeys(per_radian, 2.0 * math.pi)
-    units = {"frequency": FREQUENCY_UNITS, "psd": sizes, "density": sizes}
-    table = table_in(rows_of(file, title), units, title)
-    kinds = ["frequency" if name == "frequency" else "psd" for name, _ in table.columns]
-    if sorted(kinds) != ["frequency", "psd"]:
-        raise FileError(
-            f"{title} must have two columns, one of the frequency and one of the density, such as "
-            f"frequency_Hz,psd_g2/Hz, not {listed([*map(shown, table.heads)])}."
-        )
-    if not len(table.values):
-        raise FileError(f"{title} is empty below its header: a density needs two points or more.")
-    at, of = kinds.index("frequency"), kinds.index("psd")
-    frequency, psd = (tuple(table.values[:, column].tolist()) for column in (at, of))
-    return frequency, psd, {**per_hertz, **per_radian}[table.columns[of][1]]

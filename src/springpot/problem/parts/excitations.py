@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, cast, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast, get_args
 
-from springpot.machine.arguments import LARGEST, Free, checked_name, finite_number, items_of
-from springpot.machine.faults import FileError, known_word, shown
+from springpot.files.units import Decimal
+from springpot.machine.arguments import LARGEST, Free, checked_name, checked_path, finite_number, items_of
+from springpot.machine.faults import FileError, known_word, listed, per_cent, shown
+from springpot.problem.messages import warn_of_file
 from springpot.problem.parts.checks import numbers_in, put
 from springpot.problem.parts.envelopes import Envelope
 from springpot.problem.parts.registration import Element, Ends, Instead, Number, Part, PointName, checked_ends
@@ -23,8 +25,10 @@ from springpot.problem.spectral_density import (
     in_hertz,
     intensity_from_psd,
     one_sided_si,
-    read_densities,
 )
+
+if TYPE_CHECKING:
+    from springpot.files.table import Stated
 
 __all__ = [
     "CloughPenzienNoise",
@@ -52,6 +56,8 @@ Over = Envelope | None
 """An envelope by which a stationary noise is multiplied, a function of time."""
 
 MOST_POINTS = 1000  # of a table of densities
+MOST_LINES = 100  # at equal steps, of a table in a file that is not thinned unasked
+TOLERANCE = 0.05
 _GRID = 400
 _A_DENSITY = "It is a density, not a level in dB, which is 10 log10 of it."
 
@@ -521,7 +527,7 @@ class SpectralExcitation(Excitation):
         Increasing, in Hz; at least two.  The density is 0 below the first and above the last.
     psd : sequence of float
         The one-sided density at each, above 0, in (m/s^2)^2/Hz; of a force in N^2/Hz, per unit mass in (m/s^2)^2/Hz.
-        `from_psd`, `from_slopes` and `from_csv` take g^2/Hz and other units.
+        `from_psd`, `from_slopes` and `from_file` take g^2/Hz and other units.
     scale : float
         Factor on the density, above 0: 0.5 for a test at -3 dB.
     on : str
@@ -571,7 +577,10 @@ class SpectralExcitation(Excitation):
                 f"{len(self.psd)}."
             )
         if len(self.psd) > MOST_POINTS:
-            raise ValueError(f"frequency must have at most {MOST_POINTS} points, not {len(self.psd)}: thin the table.")
+            raise ValueError(
+                f"frequency must have at most {MOST_POINTS} points, not {len(self.psd)}: thin the table, as from_file "
+                "does with tolerance=0.05."
+            )
         for low, high in zip(self.frequency, self.frequency[1:], strict=False):
             if not low < high:
                 step = ": a step must be two points some 3 % apart, which filters can follow." if low == high else "."
@@ -670,15 +679,30 @@ class SpectralExcitation(Excitation):
         return cls.from_psd(f, along_slopes(f, steep, level, there), psd_unit, scale=scale, on=on)
 
     @classmethod
-    def from_csv(cls, path: str | Path, *, scale: float = 1.0, on: str = "") -> SpectralExcitation:
-        """The noise of a table in a CSV file.
+    def from_file(
+        cls, path: str | Path, *, tolerance: float | None = None, unit: str = "",
+        columns: Sequence[str] | Mapping[str, str] | None = None, decimal: Decimal = "", scale: float = 1.0,
+        on: str = "",
+    ) -> SpectralExcitation:  # fmt: skip
+        """The noise of a table in a file, whose kind is found from the content.
 
         Parameters
         ----------
         path : str or Path
-            A header with the units, such as ``frequency_Hz,psd_g2/Hz``, then a row for each point, separated by commas,
-            semicolons or tabs.  Units of the frequency are ``Hz``, ``kHz`` and ``rad/s``, of the one-sided density
-            ``g2/Hz``, ``m2/s4/Hz`` and ``N2/Hz``, or per ``(rad/s)``.  Lines that begin with ``#`` are comments.
+            A table in text, whose header has names and units, such as ``frequency_Hz,psd_g2/Hz`` or
+            ``Freq (Hz);ASD (G^2/Hz)``, a universal file (dataset 58) or a MATLAB file.  The density is one-sided, of
+            the ground's acceleration or of a force.  Densities of 0 at the ends of the table are left out.
+        tolerance : float, optional
+            The table is thinned to break points, and its mean square changes in no sixth of an octave by more than this
+            share; overall it stays.  If it is not given, a table of more than 100 lines at equal steps, or of more than
+            1000 points, is thinned to 0.05; 0 keeps every point.
+        unit : str, optional
+            Of the density, where the file does not say it.
+        columns : sequence of str or mapping, optional
+            A header for each column of a file without one, empty for one that is left out; or headers by the names in
+            the file, of the columns that are wanted.
+        decimal : {".", ","}, optional
+            The decimal mark, where it cannot be told.
         scale, on
             As of `from_psd`.
 
@@ -691,21 +715,32 @@ class SpectralExcitation(Excitation):
         FileNotFoundError
             If there is no such file.
         ValueError
-            One sentence that says what is wrong in it.
+            One sentence that says what is wrong in it, and what to do.
+
+        Warns
+        -----
+        FileWarning
+            With what was assumed, in one line.
 
         Examples
         --------
         >>> import tempfile
         >>> place = Path(tempfile.mkdtemp()) / "profile.csv"
         >>> _ = place.write_text("frequency_Hz,psd_g2/Hz\\n10,0.02\\n2000,0.02\\n")
-        >>> SpectralExcitation.from_csv(place) == SpectralExcitation.from_psd((10, 2000), 0.02, "g2/Hz")
+        >>> SpectralExcitation.from_file(place) == SpectralExcitation.from_psd((10, 2000), 0.02, "g2/Hz")
         True
         """
-        frequency, psd, unit = read_densities(path)
+        from springpot.files.table import Stated
+
+        place, stated = checked_path(path, "path"), Stated(unit, columns, None, decimal)
+        title = f"density file {str(place)!r}"
+        frequency, psd, of_force, notes = densities_in(place, title, stated, tolerance)
         try:
-            return cls.from_psd(frequency, psd, unit, scale=scale, on=on)
+            found = cls.from_psd(frequency, psd, "N2/Hz" if of_force else "m2/s4/Hz", scale=scale, on=on)
         except (TypeError, ValueError) as fault:
-            raise FileError(f"density file {str(path)!r} is not right: {fault}") from None
+            raise FileError(f"{title} is not right: {fault}") from None
+        warn_of_file(title, notes)
+        return found
 
     @property
     def mean_square(self) -> float:
@@ -835,6 +870,74 @@ def _area(low: float, high: float, first: float, last: float) -> float:
     octaves = math.log(high / low)
     steep = math.log(last / first) + octaves  # of the density times the frequency
     return first * low * octaves * (math.expm1(steep) / steep if abs(steep) > 1e-8 else 1.0 + 0.5 * steep)
+
+
+def densities_in(
+    source: str | Path | bytes, title: str, stated: Stated, tolerance: float | None = None
+) -> tuple[list[float], list[float], bool, list[str]]:
+    """Frequencies in Hz and one-sided densities in SI units of a file or its content, whether they are of a force, and
+    what was assumed.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        One sentence that says what is wrong in it.
+
+    Examples
+    --------
+    >>> from springpot.files.table import Stated
+    >>> densities_in(b"frequency_kHz,psd_m2/s4/Hz\\n0.01,0.02\\n2,0.01\\n", "the table", Stated())
+    ([10.0, 2000.0], [0.02, 0.01], False, [])
+    """
+    import numpy as np  # slow to import
+
+    from springpot.files.reading import read_table
+    from springpot.problem.bands import are_lines, thinned
+
+    table = read_table(source, title, stated)
+    if sorted(column.quantity for column in table.columns) != ["density", "frequency"]:
+        raise FileError(f"{title} must have two columns, one of the frequency and one of the density, such as "
+                        f"frequency_Hz,psd_g2/Hz, not {listed([shown(column.header) for column in table.columns])}; "
+                        "columns= takes those that are meant.")  # fmt: skip
+    (of_frequency,), (of_density,) = table.of("frequency"), table.of("density")
+    frequency, psd, unit = of_frequency.values, of_density.values, of_density.unit
+    if not unit.startswith(("m2/s4", "m2/s3", "g2", "N2", "kN2")):
+        raise FileError(f"{title}: {of_density.header} must be of an acceleration or a force, such as psd_g2/Hz.")
+    if not len(psd):
+        raise FileError(f"{title} is empty below its header: a density needs two points or more.")
+    if (wrong := ~((frequency >= 0.0) & (frequency <= LARGEST) & (psd >= 0.0) & (psd <= LARGEST))).any():
+        row = int(wrong.argmax())
+        if not 0.0 <= frequency[row] <= LARGEST:
+            raise FileError(f"{table.where(row)}: {of_frequency.header} must be a finite number, 0 or above.")
+        raise FileError(f"{table.where(row)}: {of_density.header} must be a finite number, 0 or above. {_A_DENSITY}")
+    if (wrong := np.diff(frequency) <= 0.0).any():
+        row = int(wrong.argmax())
+        raise FileError(f"{table.where(row + 1)}: the frequency must increase from each point to the next, but "
+                        f"{frequency[row + 1]:g} Hz follows {frequency[row]:g} Hz.")  # fmt: skip
+    kept = np.flatnonzero((psd > 0.0) & (frequency > 0.0))
+    if kept.size < 2:
+        raise FileError(f"{title} has fewer than two points above 0: a density needs two or more.")
+    cut = slice(int(kept[0]), int(kept[-1]) + 1)
+    notes, ends = table.notes, frequency[[cut.start, cut.stop - 1]]
+    if cut.stop - cut.start < len(psd):
+        count = len(psd) - cut.stop + cut.start
+        what = "1 point of 0 at an end is" if count == 1 else f"{count} points of 0 at the ends are"
+        notes.append(f"{what} left out, so that the band is from {ends[0]:g} to {ends[1]:g} Hz")
+    frequency, psd = frequency[cut], psd[cut]
+    many = len(psd) > MOST_POINTS or (len(psd) > MOST_LINES and are_lines(frequency))
+    share = finite_number(TOLERANCE if tolerance is None else tolerance, "tolerance", low=0.0, high=1.0)
+    if share > 0.0 and (many or tolerance is not None):
+        try:
+            points, values, worst = thinned(frequency, psd, share)
+        except ValueError as fault:
+            raise FileError(f"{title} is not right: {fault}") from None
+        if tolerance is None and len(points) < len(psd):
+            notes.append(f"its {len(psd)} points are thinned to {len(points)}, which changes the mean square by up to "
+                         f"{per_cent(worst)} in a sixth of an octave; tolerance=0 keeps all")  # fmt: skip
+        frequency, psd = points, values
+    return frequency.tolist(), psd.tolist(), "N" in unit, notes
 
 
 @dataclass(frozen=True)

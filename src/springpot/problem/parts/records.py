@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
-from springpot.machine.arguments import checked_path, items_of, one_of
+from springpot.files.units import Decimal
+from springpot.machine.arguments import LARGEST, checked_path, items_of, one_of
 from springpot.machine.faults import FileError, listed
-from springpot.machine.files import open_text
+from springpot.problem.messages import warn_of_file
 from springpot.problem.parts.checks import put, tabulated
 from springpot.problem.parts.excitations import Excitation, On, Units
 from springpot.problem.parts.registration import Number
-from springpot.problem.spectral_density import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    from springpot.files.table import Stated
 
 __all__ = ["RecordedExcitation"]
 
@@ -26,13 +29,7 @@ Taken = Literal["in turn", "at random"]
 Interpolation = Literal["linear", "band-limited"]
 """What is between the points: straight lines, or the signal without content above half of the sampling rate."""
 
-MOST_BYTES = 200_000_000
 FEWEST_SAMPLES = 32  # of a file whose points are samples, if nothing else is said
-_UNITS = {
-    "time": {"s": 1.0, "ms": 1e-3},
-    "acceleration": {"m/s2": 1.0, "g": STANDARD_GRAVITY, "cm/s2": 0.01, "gal": 0.01, "Gal": 0.01, "mm/s2": 1e-3},
-    "force": {"N": 1.0, "kN": 1e3},
-}
 _UNEVEN = 0.5  # of a step: times are rounded in files, but no point is missing
 
 
@@ -115,22 +112,29 @@ class RecordedExcitation(Excitation):
         super().__post_init__()
 
     @classmethod
-    def from_csv(
-        cls, path: str | Path | Sequence[str | Path], *, rate: float | None = None, scale: float = 1.0, on: str = "",
-        taken: Taken = "in turn", interpolation: Interpolation | None = None,
+    def from_file(
+        cls, path: str | Path | Sequence[str | Path], *, rate: float | None = None, unit: str = "",
+        columns: Sequence[str] | Mapping[str, str] | None = None, decimal: Decimal = "", scale: float = 1.0,
+        on: str = "", taken: Taken = "in turn", interpolation: Interpolation | None = None,
     ) -> RecordedExcitation:  # fmt: skip
-        """The records in one CSV file or several.
+        """The records in one file or several, whose kind is found from the content.
 
         Parameters
         ----------
         path : str, Path or sequence of them
-            A header with the units, such as ``time_s,acceleration_g``, then a row for each point, separated by commas,
-            semicolons or tabs.  Each column of an ``acceleration`` (in ``m/s2``, ``g``, ``cm/s2``, ``gal`` or
-            ``mm/s2``) or of a ``force`` (``N`` or ``kN``) is a record.  Times are in ``s`` or ``ms``.  Lines that begin
-            with ``#`` are comments.  Of 32 points or more, times that are rounded to some decimals are taken for those
-            of the rate.
+            Tables in text, whose header has names and units, such as ``time_s,acceleration_g`` or
+            ``Time (sec);Acc (G)``; records of PEER (.AT2) and in the SMC or COSMOS format; universal files (dataset
+            58) and MATLAB files.  Each column of an acceleration or of a force is a record.  Of 32 points or more,
+            times that are rounded to some decimals are taken for those of the rate.
         rate : float, optional
-            Samples per second, of files without a column of the time.
+            Samples per second, of files without times.
+        unit : str, optional
+            Of the values, where a file does not say it.
+        columns : sequence of str or mapping, optional
+            A header for each column of a file without one, such as ``["time_s", "acceleration_g"]``, empty for one that
+            is left out; or headers by the names in the file, of the columns that are wanted.
+        decimal : {".", ","}, optional
+            The decimal mark, where it cannot be told.
         scale : float
             Factor on the values.
         on : str
@@ -150,38 +154,45 @@ class RecordedExcitation(Excitation):
         FileNotFoundError
             If there is no such file.
         TypeError, ValueError
-            One sentence that says what is wrong in it.
+            One sentence that says what is wrong in it, and what to do.
+
+        Warns
+        -----
+        FileWarning
+            With what was assumed, in one line.
 
         Examples
         --------
         >>> import tempfile
         >>> place = Path(tempfile.mkdtemp()) / "ground.csv"
         >>> _ = place.write_text("acceleration_cm/s2,acceleration_cm/s2\\n0,0\\n50,-20\\n0,10\\n")
-        >>> RecordedExcitation.from_csv(place, rate=100.0)
+        >>> RecordedExcitation.from_file(place, rate=100.0)
         RecordedExcitation(time=(0.0, 0.01, 0.02), values=((0.0, 0.5, 0.0), (0.0, -0.2, 0.1)), on='ground', scale=1.0)
         """
-        from springpot.machine.sampling import checked_rate
+        from springpot.files.table import Stated
 
         given = (path,) if isinstance(path, str | Path) else items_of(path, "path must be a file, or a list of them")
         places = [checked_path(place, "path") for place in given]
-        rate = checked_rate(rate)
+        stated = Stated(unit, columns, rate, decimal)
         if not places:
             raise ValueError("path must be a file, or a list of at least one.")
-        read = [_read(place, rate) for place in places]
-        if len(kinds := {kind for _, _, kind in read}) > 1:
+        read = [_read(place, stated) for place in places]
+        if len(kinds := {kind for _, _, kind, _ in read}) > 1:
             raise FileError(
                 f"the files {listed([repr(str(place)) for place in places])} must all hold accelerations, or forces."
             )
-        ground = kinds == {"acceleration"}
+        ground = kinds == {"a"}
         if ground and on not in ("", "ground"):
             raise ValueError("on must be left out of a record of an acceleration, which is that of the ground.")
         if not ground and on == "ground":
             raise ValueError("on must be a mass for a record of a force.")
-        columns = [(time, values) for time, own, _ in read for values in own]
-        times, values = (tuple(each) if len(each) > 1 else each[0] for each in zip(*columns, strict=True))
-        sampled = all(len(time) >= FEWEST_SAMPLES and _is_even(time) for time, _ in columns)
+        records = [(time, values) for time, own, *_ in read for values in own]
+        times, values = (tuple(each) if len(each) > 1 else each[0] for each in zip(*records, strict=True))
+        sampled = all(len(time) >= FEWEST_SAMPLES and _is_even(time) for time, _ in records)
         between: Interpolation = interpolation or ("band-limited" if sampled else "linear")
         place = "ground" if ground else on or "mass"
+        for name, (*_, notes) in zip(places, read, strict=True):
+            warn_of_file(f"record file {str(name)!r}", notes)
         return cls(times, values, place, scale=scale, taken=taken, interpolation=between)
 
     @property
@@ -263,45 +274,42 @@ def _is_even(time: Points) -> bool:
     return are_even(np.array(time))
 
 
-def _read(path: str | Path, rate: float | None) -> tuple[Points, list[Points], str]:
-    """The times of a file in s, its columns in m/s^2 or N, and which of the two they are."""
+def _read(path: str | Path, stated: Stated) -> tuple[Points, list[Points], str, list[str]]:
+    """The times of a file in s, its columns in m/s^2 or N, which of the two they are, and what was assumed."""
     import numpy as np  # slow to import
 
-    from springpot.machine.rows import rows_of, table_in
+    from springpot.files.reading import read_table
     from springpot.machine.sampling import equal_steps
 
     title = f"record file {str(path)!r}"
-    with open_text(path, title, MOST_BYTES) as file:
-        table = table_in(rows_of(file, title), _UNITS, title)
-    values, names = table.values, [name for name, _ in table.columns]
-    at = [n for n, name in enumerate(names) if name == "time"]
-    kinds = {*names} - {"time"}
-    if len(at) > 1:
-        raise FileError(f"{title} has {len(at)} columns of the time, and a record has one: leave out the others.")
-    if len(kinds) != 1:
-        what = "no column of an acceleration or a force" if not kinds else "accelerations and forces"
-        raise FileError(f"{title} has {what}: its header must be such as time_s,acceleration_g or time_s,force_N.")
-    if at and rate is not None:
-        raise FileError(f"{title} has a column of the time: leave out rate.")
-    if not at and rate is None:
-        raise FileError(f"{title} has no column of the time: give the rate, in samples per second, or a column time_s.")
-    if len(values) < 2:
-        raise FileError(f"{title} has {len(values)} points below its header: a record needs two or more.")
-    if not np.isfinite(values).all():
-        row, column = np.argwhere(~np.isfinite(values))[0].tolist()
-        where = f"{title}, line {table.lines[row]}: {table.heads[column]}"
-        raise FileError(f"{where} must be a finite number, not {values[row, column]}.")
-    own = [tuple(values[:, n].tolist()) for n in range(len(names)) if n not in at]
+    table = read_table(path, title, stated)
+    times, kinds = table.of("time"), {column.quantity for column in table.columns} - {"time"}
+    if len(times) > 1:
+        raise FileError(f"{title} has {len(times)} columns of the time, and a record has one: leave out the others.")
+    if len(kinds) != 1 or not kinds <= {"a", "force"}:
+        named = [column.header for column in table.columns if column.quantity != "time"]
+        what = "no column of an acceleration or a force" if not {"a", "force"} & kinds else f"columns {listed(named)}"
+        raise FileError(f"{title} has {what}: its header must be such as time_s,acceleration_g or time_s,force_N, and "
+                        "columns= takes those that are meant.")  # fmt: skip
+    rate = table.sampled_at(stated.rate)
+    columns = table.alike(kind := kinds.pop(), stated)
+    for column in (*times, *columns):
+        if (wrong := ~(np.abs(column.values) <= LARGEST)).any():
+            row = int(wrong.argmax())
+            raise FileError(f"{table.where(row)}: {column.header} must be a finite number, not {column.values[row]}.")
+    if (count := len(columns[0].values)) < 2:
+        raise FileError(f"{title} has {count} points below its header: a record needs two or more.")
+    own = [tuple(column.values.tolist()) for column in columns]
     if rate is not None:
-        return tuple((np.arange(len(values)) / rate).tolist()), own, kinds.pop()
-    time = values[:, at[0]]
-    if len(time) >= FEWEST_SAMPLES and (np.diff(time) > 0.0).all() and (even := equal_steps(time)) is not None:
-        return tuple(even.tolist()), own, kinds.pop()
+        return tuple((np.arange(count) / rate).tolist()), own, kind, table.notes
+    time = times[0].values
+    if count >= FEWEST_SAMPLES and (np.diff(time) > 0.0).all() and (even := equal_steps(time)) is not None:
+        return tuple(even.tolist()), own, kind, table.notes
     steps, usual = np.diff(time), float(np.median(np.diff(time)))
     if not usual > 0.0 or (wrong := np.abs(steps - usual) > _UNEVEN * usual).any():
         place = int(np.argmax(wrong)) if usual > 0.0 else 0
         raise FileError(
-            f"{title}, line {table.lines[place + 1]}: the time goes on by {steps[place]:.6g} s, and by {usual:.6g} s "
+            f"{table.where(place + 1)}: the time goes on by {steps[place]:.6g} s, and by {usual:.6g} s "
             "in most other lines: fill the gap, or give the points to RecordedExcitation(time, values)."
         )
-    return tuple(time.tolist()), own, kinds.pop()
+    return tuple(time.tolist()), own, kind, table.notes

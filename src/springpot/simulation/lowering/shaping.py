@@ -90,7 +90,8 @@ def shape_of(part: SpectralExcitation, name: str) -> Shape:
     if not found.worst <= FAR:
         raise ValueError(
             f"{name} has a density that no filter of {MOST} sections follows: at {found.at:.4g} Hz it is off by "
-            f"{100.0 * found.worst:.2g} %. Smooth the table, or thin it to the points that matter."
+            f"{100.0 * found.worst:.2g} %. Thin the table to the points that matter, as from_file "
+            "does with tolerance=0.05 or more."
         )
     return found
 

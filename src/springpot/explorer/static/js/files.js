@@ -6,12 +6,25 @@ const NO_TEXT = /[\0-\x08\x0b\x0e-\x1f]/; // what no text has
 const HANDFUL = 40, PAUSE = 500; // parts, and ms between them: the server takes some 100 messages a second
 const pause = (time) => new Promise((done) => { setTimeout(done, time); });
 
+// by the mark at its beginning, else UTF-8 if it can be, else Latin-1, as files are read without the page
+function decoded(bytes) {
+  const [first, second] = bytes;
+  const marked = first === 0xff && second === 0xfe ? "utf-16le" : first === 0xfe && second === 0xff ? "utf-16be" : "";
+  if (marked) return new TextDecoder(marked).decode(bytes);
+  try {
+    return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("latin1").decode(bytes);
+  }
+}
+
 // returns why it was not sent; wanted: whether it still is
 export async function send(file, kind, connection, advice, wanted = () => true) {
   const name = [...file.name].slice(0, 100).join("");
   if (file.size > LARGEST) return `${name} is larger than 1.4 MB${advice.large}`;
-  const text = await file.text().catch(() => null);
-  if (text === null) return `${name} cannot be read.`;
+  const bytes = await file.arrayBuffer().catch(() => null);
+  if (bytes === null) return `${name} cannot be read.`;
+  const text = decoded(new Uint8Array(bytes));
   if (NO_TEXT.test(text)) return `${name} is not text, for it has control characters${advice.binary}`;
   const parts = text.match(PARTS) ?? [""];
   for (let part = 0; part < parts.length && wanted(); part += 1) {

@@ -1,0 +1,1 @@
+"""Files of measurements as they lie on desks."""
