@@ -454,7 +454,9 @@ class Part(Checked):
 
 
 def _each(change: Callable[[float], float], value: Any) -> Any:
-    return tuple(_each(change, one) for one in value) if isinstance(value, tuple) else change(value)
+    if not isinstance(value, tuple):
+        return change(value)
+    return tuple(_each(change, own) if isinstance(own, tuple) else change(own) for own in value)
 
 
 @dataclass(frozen=True, kw_only=True)
