@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from springpot.simulation.monte_carlo import simulate
     from springpot.simulation.rare.exceedance import exceedance
     from springpot.simulation.result.load import load_run
+    from springpot.spectra import fragility, response_spectrum
     from springpot.studies import open_study, study
 
     __version__: str
@@ -58,9 +59,10 @@ if TYPE_CHECKING:
         "AccuracyWarning", "Basquin", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts",
         "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
         "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam",
-        "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit", "free",
-        "load_run", "nominal", "open_study", "read_data", "read_system", "recommended", "scatter", "sensitivity",
-        "simulate", "simulate_many", "study", "theory", "to_toml", "trust", "uncertain", "with_values",
+        "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit",
+        "fragility", "free", "load_run", "nominal", "open_study", "read_data", "read_system", "recommended",
+        "response_spectrum", "scatter", "sensitivity", "simulate", "simulate_many", "study", "theory", "to_toml",
+        "trust", "uncertain", "with_values",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
@@ -90,6 +92,7 @@ _LATER = {
         "simulation.extended": ("extend",),
         "simulation.many": ("simulate_many",),
         "simulation.rare.exceedance": ("exceedance",),
+        "spectra": ("fragility", "response_spectrum"),
         "studies": ("open_study", "study"),
         "theory": ("theory",),
     }.items()

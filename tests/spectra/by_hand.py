@@ -44,15 +44,25 @@ def root(function, low: float, high: float) -> float:  # type: ignore[no-untyped
 
 
 def motion(
-    time: Floats, u: Floats, w: float, z: float, tail: float, wall: float = -math.inf, restitution: float = 1.0
+    time: Floats,
+    u: Floats,
+    w: float,
+    z: float,
+    tail: float,
+    wall: float = -math.inf,
+    restitution: float = 1.0,
+    dense: int = 60,
 ) -> Iterator[tuple[float, float, float, float]]:
-    """t, x, v and u at many times, at all turns and impacts (before and after); u is 0 after its last point."""
+    """t, x, v and u at many times, at all turns and impacts (before and after); u is 0 after its last point.
+
+    Turns are found where they are; the largest velocity and acceleration among the times, ``dense`` in a period.
+    """
     x = v = 0.0
     ends = [*zip(time[:-1], time[1:], u[:-1], u[1:], strict=True), (time[-1], time[-1] + tail, 0.0, 0.0)]
     for begin, end, first, last in ends:
         now, slope = float(begin), (last - first) / (end - begin)
         while now < end:
-            short = min((2.0 * math.pi / w) / 60.0, end - now)
+            short = min(2.0 * math.pi / w / dense, 12.0 * (end - begin) / dense, end - now)
             begun = first + slope * (now - begin)
             piece = Piece(w, z, begun, slope, x, v)
             turned = piece.at(short)[1] * v < 0.0
@@ -74,10 +84,17 @@ def motion(
 
 
 def largest(
-    time: Floats, u: Floats, w: float, z: float, tail: float, wall: float = -math.inf, restitution: float = 1.0
+    time: Floats,
+    u: Floats,
+    w: float,
+    z: float,
+    tail: float,
+    wall: float = -math.inf,
+    restitution: float = 1.0,
+    dense: int = 60,
 ) -> dict[str, float]:
     """The largest displacement, velocity, absolute acceleration under the ground's -u, and impact speed."""
-    t, x, v, _ = np.array([*motion(time, u, w, z, tail, wall, restitution)]).T
+    _, x, v, _ = np.array([*motion(time, u, w, z, tail, wall, restitution, dense)]).T
     impacts = np.abs(v[(x == wall) & (v < 0.0)])
     return {
         "displacement": float(np.abs(x).max()), "velocity": float(np.abs(v).max()),

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.machine.crew import work_together
-from springpot.machine.faults import few, shown
+from springpot.machine.faults import NotCoveredError, few, shown
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.felt import about_shocks
+from springpot.problem.parts import RecordedExcitation
 from springpot.problem.system import System
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.paths.simulation import Progress, simulation_of
@@ -29,8 +31,10 @@ Found = TypeVar("Found")
 WORDS = {"displacement": "x", "velocity": "v"}
 """Of one mass: the names of its results by the words of the field."""
 
-_COARSE = 8.0  # of the default step under records, at which halving begins; it ends with that step
-_MOST_HALVINGS = 4
+_COARSE = 4.0  # of the default step under records, at which halving begins
+_MOST_HALVINGS = 7
+_COARSEST = 0.5  # step times the fastest rate
+_MOST_POINTS = 20_000_000  # of all records at the steps
 _ENDS = "_minimum", "_maximum", "_largest"
 
 
@@ -43,7 +47,7 @@ class Largest:
     values, errors : dict of ndarray
         The largest sizes, and how far they were off at twice the step.
     step : float
-        In s.
+        The shortest, in s.
     unconverged : float
         Share of the paths whose largest values differ by more than ``rtol`` between the last two steps.
     warnings : tuple of str
@@ -72,14 +76,8 @@ def unit_of_output(system: System, word: str) -> str:
     ['m', 'N', 'N s', 'm s-1']
     """
     name = name_in_results(word)
-    if name.endswith("impact_speed"):
-        return "m s-1"
-    for own in (name, f"{name}_maximum", f"{name}_largest"):
-        try:
-            return unit_of_result(system, own)
-        except KeyError:
-            continue
-    return ""
+    units = (unit_of_result(system, own) for own in (name, f"{name}_maximum", f"{name}_mean"))
+    return next(filter(None, units), "")
 
 
 def check_outputs(motion: Motion, words: Sequence[str], argument: str) -> None:
@@ -87,13 +85,18 @@ def check_outputs(motion: Motion, words: Sequence[str], argument: str) -> None:
     moving = _moving(motion)
     for word in words:
         name = name_in_results(word)
-        if name not in moving:
-            if not isinstance(name, str) or name not in [*motion.felt, *motion.of_impacts]:
-                known = [*dict.fromkeys([*(w for w, own in WORDS.items() if own in moving),
-                                         *(own for own in moving if own not in WORDS.values()),
-                                         *motion.seen_by_force])]  # fmt: skip
-                raise ValueError(f"{argument} must be of {few(known)}, not {shown(word)}.")
+        if name in moving:
+            continue
+        try:
             motion.seen_by_name(name, argument, forces_only=True)
+        except NotCoveredError:
+            raise
+        except ValueError:
+            known = [own for own, name in WORDS.items() if name in moving]
+            known += [own for own in moving if own not in WORDS.values()]
+            raise ValueError(
+                f"{argument} must be of {few([*known, *motion.seen_by_force])}, not {shown(word)}."
+            ) from None
 
 
 def _moving(motion: Motion) -> list[str]:
@@ -108,8 +111,8 @@ def largest_values(
     """The largest sizes of outputs over the time that counts, of each path.
 
     Under records and noise that ends the time is that of the record and ``tail`` after it, from rest; under noise that
-    does not, ``duration`` in the stationary state.  Under records the step is halved until all paths agree to ``rtol``;
-    under noise a run with twice the step, on the same noise, shows what the step leaves.
+    does not, ``duration`` in the stationary state.  Under records the step is halved for those that have not
+    agreed to ``rtol`` twice; under noise a run with twice the step shows, on the same noise, what it leaves.
     """
     options: dict[str, Any] = {"seed": seed, "threads": threads, **({"paths": paths} if paths else {})}
     motion = motion_of(system)
@@ -120,49 +123,73 @@ def largest_values(
         options |= {"start": "rest", "duration": end}
     else:
         options |= {"duration": duration}
-    plan = plan_of(system, **options, **({"step": step} if step else {}))
-    if not length:
-        plan = settled(plan)
-    elif kind == "primary":
-        plan = plan.but(window=(0.0, _whole(plan, length)))
-    else:
-        plan = plan.but(window=(_whole(plan, length) if kind == "residual" else 0.0, plan.settings.duration))
+    names = [name_in_results(word) for word in words]
+
+    def planned(own: System, given: float | None) -> Plan:
+        plan = plan_of(own, **options, **({} if given is None else {"step": given}))
+        if not length:
+            return settled(plan)
+        low, high = {"maximax": (0.0, math.inf), "primary": (0.0, length), "residual": (length, math.inf)}[kind]
+        window = (
+            round(min(end, plan.settings.duration) / plan.settings.step) * plan.settings.step for end in (low, high)
+        )
+        return plan.but(window=(*window,))
+
+    plan = planned(system, step)
     if plan.settings.start == "stationary":
         plan = adapt(plan)
-    names = [name_in_results(word) for word in words]
     if motion.is_random:
-        coarse, fine = (_run(each, names, halved) for each, halved in ((_with_step(plan, 2.0), True), (plan, False)))
+        coarse, fine = _run(_with_twice_the_step(plan), names, halved=True), _run(plan, names)
+        found, errors, members = fine, {name: np.abs(fine[name] - coarse[name]) for name in names}, np.zeros(0, int)
         last = plan.settings.step
     else:
-        divided = 1.0 if step else _COARSE
-        coarse = _run(_with_step(plan, 2.0 * divided), names)
-        for halving in range(_MOST_HALVINGS):
-            fine, last = _run(own := _with_step(plan, divided), names), own.settings.step
-            if step or halving == _MOST_HALVINGS - 1 or not _apart(coarse, fine, rtol).any():
+        last = 2.0 * plan.settings.step * (1.0 if step else _COARSE)
+        coarse = _run(planned(system, min(last, _COARSEST / motion.scales.fastest_rate)), names)
+        found = {name: own.copy() for name, own in coarse.items()}
+        errors, members = {name: np.zeros_like(found[name]) for name in names}, np.arange(found[names[0]].size)
+        doubtful = np.ones(members.size, bool)
+        for _ in range(1 if step else _MOST_HALVINGS):
+            finer = planned(_of_records(system, members, found[names[0]].size), 0.5 * last)
+            if finer.settings.steps * members.size > _MOST_POINTS:
                 break
-            coarse, divided = fine, 0.5 * divided
-    errors = {name: np.abs(fine[name] - coarse[name]) for name in names}
-    struck = {"impact_rate": 1.0 if fine[_STRUCK].any() else 0.0}
+            last, fine = 0.5 * last, _run(finer, names)
+            before = {name: own[members] for name, own in errors.items()}
+            for name in names:
+                errors[name][members] = np.abs(fine[name] - coarse[name])
+            for name, own in fine.items():
+                found[name][members] = own
+            apart = _apart(coarse, fine, rtol)
+            left = apart | doubtful  # until it has agreed twice, since once may be by chance
+            for name in names:
+                errors[name][members[~left]] = np.maximum(errors[name][members], before[name])[~left]
+            coarse, members = {name: own[left] for name, own in fine.items()}, members[left]
+            doubtful = apart[left]
+            if not members.size:
+                break
+    struck = {"impact_rate": 1.0 if found[_STRUCK].any() else 0.0}
     return Largest(
-        {word: fine[name] for word, name in zip(words, names, strict=True)},
+        {word: found[name] for word, name in zip(words, names, strict=True)},
         {word: errors[name] for word, name in zip(words, names, strict=True)}, last,
-        0.0 if motion.is_random else float(_apart(coarse, fine, rtol).mean()),
-        tuple(map(str, about_shocks(system, names, struck))),
+        members.size / found[names[0]].size, tuple(map(str, about_shocks(system, names, struck))),
     )  # fmt: skip
 
 
 _STRUCK = "struck"
 
 
-def _whole(plan: Plan, time: float) -> float:
-    return round(time / plan.settings.step) * plan.settings.step
+def _of_records(system: System, members: Any, count: int) -> System:
+    """The system with some of its records, where its paths differ by the one record that each has."""
+    records = [(name, part) for name, part in system.stated() if isinstance(part, RecordedExcitation)]
+    if members.size == count or len(records) != 1:
+        return system
+    (name, part), own = records[0], [records[0][1].records[n] for n in members]
+    some = replace(part, time=tuple(time for time, _ in own), values=tuple(values for _, values in own))
+    return System(**{**dict(system.stated()), name: some})
 
 
-def _with_step(plan: Plan, times: float) -> Plan:
-    """The plan with so many times the step, or nearly so many."""
+def _with_twice_the_step(plan: Plan) -> Plan:
     settings = plan.settings
-    steps = max(1, round(settings.steps / times))
-    step = settings.duration / steps
+    step = settings.duration / max(1, round(0.5 * settings.steps))
     begin, end = (round(time / step) * step for time in settings.window)
     return plan.but(step=step, window=(begin, end))
 
@@ -178,7 +205,7 @@ def _run(plan: Plan, names: Sequence[str], halved: bool = False) -> dict[str, Fl
         extremes |= request.read(simulation, ensemble)["extremes"]
     found = {name: _size(extremes, name) for name in names}
     struck = [np.isfinite(own) for name, own in extremes.items() if name.endswith("impact_speed_largest")]
-    return {**found, _STRUCK: np.any(struck, axis=0) if struck else np.zeros(1, bool)}
+    return {**found, _STRUCK: np.any(struck, axis=0) if struck else np.zeros(found[names[0]].size, bool)}
 
 
 def _size(extremes: Mapping[str, Floats], name: str) -> Floats:
@@ -189,8 +216,10 @@ def _size(extremes: Mapping[str, Floats], name: str) -> Floats:
 
 def _apart(coarse: Mapping[str, Floats], fine: Mapping[str, Floats], rtol: float) -> Floats:
     """Which paths differ by more than this in one of their largest values."""
-    return np.any(
-        [np.abs(fine[name] - coarse[name]) > rtol * np.abs(fine[name]) for name in fine if name != _STRUCK], axis=0
+    return np.asarray(
+        np.any(
+            [np.abs(fine[name] - coarse[name]) > rtol * np.abs(fine[name]) for name in fine if name != _STRUCK], axis=0
+        )
     )
 
 

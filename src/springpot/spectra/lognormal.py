@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import optimize
-from scipy.special import log_ndtr, ndtr, ndtri
+from scipy.special import log_ndtr, ndtr, ndtri, xlogy
 from scipy.stats import chi2, t
 
 from springpot.machine.arrays import Floats
@@ -18,6 +18,7 @@ _SURE = 0.95
 _LEAST, _MOST = 1e-3, 20.0  # dispersions that are looked at
 _FAR = 60.0  # and medians, in logarithms beyond the intensities
 _CLOSE = 1e-9
+_ALL = {"no record exceeds": "any", "all records exceed": "each"}
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,14 @@ class Fit:
         In units of the intensity, and the standard deviation of the logarithm.
     covariance : tuple of float
         Of the logarithms of both: variance, covariance, variance; near the estimate.
+    chance : float
+        Of points that lie so far from the law or farther, if it is lognormal; NaN where there are no such points.
     """
 
     median: Interval
     dispersion: Interval
     covariance: tuple[float, float, float]
+    chance: float = math.nan
 
     def probability(self, intensity: Floats) -> Floats:
         """That the capacity lies below."""
@@ -70,8 +74,8 @@ def fit_counts(intensity: Floats, exceeded: Floats, tried: Floats) -> Fit:
         raise ValueError(f"intensities must reach from below the limit to beyond it: {which} it at any of them.")
     if intensity[exceeded > 0].min() >= intensity[exceeded < tried].max():
         raise ValueError(
-            "intensities must be closer together: none exceeds the limit below one of them and all do above it, so that "
-            "the dispersion has no lower end."
+            "intensities must be closer together: none exceeds the limit below one of them and all do above it, so "
+            "that the dispersion has no lower end."
         )
     logs = np.log(intensity)
 
@@ -79,7 +83,49 @@ def fit_counts(intensity: Floats, exceeded: Floats, tried: Floats) -> Fit:
         score = (logs - middle) / dispersion
         return float((exceeded * log_ndtr(score) + (tried - exceeded) * log_ndtr(-score)).sum())
 
-    return _fitted(likelihood, logs, float(chi2.ppf(_SURE, 1)))
+    found = _fitted(likelihood, logs, float(chi2.ppf(_SURE, 1)))
+    perfect = float((xlogy(exceeded, exceeded / tried) + xlogy(tried - exceeded, 1.0 - exceeded / tried)).sum())
+    return _with_chance(found, perfect - _top(found, likelihood), logs.size)
+
+
+def fit_brackets(low: Floats, high: Floats) -> Fit:
+    """From two intensities of each record between which its capacity lies; 0 and infinity are none.
+
+    A record that is scaled from stripe to stripe has one capacity: how many of the same records exceed the limit at
+    each stripe are no independent counts.
+
+    Raises
+    ------
+    ValueError
+        As `fit_counts`.
+
+    Examples
+    --------
+    >>> low, high = np.repeat([0.0, 1.0, 2.0, 4.0], [2, 8, 8, 2]), np.repeat([1.0, 2.0, 4.0, np.inf], [2, 8, 8, 2])
+    >>> found = fit_brackets(low, high)
+    >>> round(found.median.value, 3), round(found.dispersion.value, 2), bool(found.median.low < 1.75)
+    (2.0, 0.54, True)
+    """
+    if not (high < math.inf).any() or not (low > 0.0).any():
+        which = "no record exceeds" if not (high < math.inf).any() else "all records exceed"
+        raise ValueError(
+            f"intensities must reach from below the limit to beyond it: {which} it at {_ALL[which]} of them."
+        )
+    if low.max() < high.min():
+        raise ValueError(
+            "intensities must be closer together: the capacities of all records may be the same, so that the "
+            "dispersion has no lower end."
+        )
+    with np.errstate(divide="ignore"):
+        below, above = np.log(low), np.log(high)
+
+    def likelihood(middle: float, dispersion: float) -> float:
+        first, last = (below - middle) / dispersion, (above - middle) / dispersion
+        first, last = np.where(first > 0.0, -last, first), np.where(first > 0.0, -first, last)  # the tail with digits
+        upper, lower = log_ndtr(last), log_ndtr(first)
+        return float((upper + np.log(np.maximum(-np.expm1(np.minimum(lower - upper, -1e-300)), 1e-300))).sum())
+
+    return _fitted(likelihood, np.log([*low[low > 0.0], *high[high < math.inf]]), float(chi2.ppf(_SURE, 1)))
 
 
 def fit_probabilities(intensity: Floats, logarithm: Floats, error: Floats) -> Fit:
@@ -97,7 +143,17 @@ def fit_probabilities(intensity: Floats, logarithm: Floats, error: Floats) -> Fi
     def likelihood(middle: float, dispersion: float) -> float:
         return float(-0.5 * (((log_ndtr((logs - middle) / dispersion) - logarithm) / error) ** 2).sum())
 
-    return _fitted(likelihood, logs, float(chi2.ppf(_SURE, 1)))
+    found = _fitted(likelihood, logs, float(chi2.ppf(_SURE, 1)))
+    return _with_chance(found, -_top(found, likelihood), logs.size)
+
+
+def _top(found: Fit, likelihood: Callable[[float, float], float]) -> float:
+    return likelihood(math.log(found.median.value), found.dispersion.value)
+
+
+def _with_chance(found: Fit, lack: float, points: int) -> Fit:
+    """By twice the lack of the likelihood, about chi-squared with two degrees of freedom less than points."""
+    return replace(found, chance=float(chi2.sf(2.0 * lack, points - 2))) if points > 2 else found
 
 
 def fit_cloud(intensity: Floats, demand: Floats, limit: float) -> tuple[Fit, float, float]:

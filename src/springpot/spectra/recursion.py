@@ -87,7 +87,7 @@ class Oscillator:
             count = math.ceil(_FREE * _IN_A_PERIOD)
             powers = np.stack([np.linalg.matrix_power(self.over(np.array([step]))[0][0], n) for n in range(count)])
             free = np.einsum("nij,jr->irn", powers, np.stack([x[:, -1], v[:, -1]]))
-            after = self._extremes(*free, np.zeros(free.shape[1:]), np.array([step]))
+            after = self._extremes(free[0], free[1], np.zeros(free.shape[1:]), np.array([step]))
             found = {name: np.maximum(own, found.get(name, 0.0)) for name, own in after.items()}
         return found
 
@@ -119,7 +119,7 @@ def _largest(values: Floats, before: Floats, after: Floats, steps: Floats) -> Fl
     s = first / (np.copysign(root, first) - square)
     inside = low + s * (first + s * (square + s * cube))
     np.maximum.at(found, rows, np.abs(inside))
-    return found
+    return np.asarray(found)
 
 
 @dataclass(frozen=True, eq=False)

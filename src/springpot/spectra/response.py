@@ -127,7 +127,9 @@ def response_spectrum(
     ((3, 1), 'kernel')
     """
     if not isinstance(excitation, Excitation):
-        raise TypeError(f"excitation must be records or noise, such as RecordedExcitation(...), not {shown(excitation)}.")
+        raise TypeError(
+            f"excitation must be records or noise, such as RecordedExcitation(...), not {shown(excitation)}."
+        )
     own = finite_numbers(periods, "periods", "period", low=0.0, open_low=True).ravel()
     if own.size > _MOST_PERIODS:
         raise ValueError(f"periods must be at most {_MOST_PERIODS}, not {own.size}.")
@@ -153,14 +155,20 @@ def response_spectrum(
     if duration is not None:
         duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in s.")
         if lasts:
-            raise ValueError("duration must be left out where the excitation ends: records and envelopes have their own.")
+            raise ValueError(
+                "duration must be left out where the excitation ends: records and envelopes have their own."
+            )
     if kind != "maximax" and (not lasts or _is_uneven(excitation)):
         raise ValueError(f"kind must be 'maximax' for records of different lengths and for noise, not {kind!r}.")
     common = {"periods": own, "shares": (*shares,), "kind": kind, "systems": (*systems,), "damping": damping}
     if isinstance(excitation, RecordedExcitation) and _is_simple(systems) and {*asked} <= {*recursion.OF_ONE}:
         values, errors = _exact(excitation, systems, own, kind, threads, progress)
         return _put(common, "exact", words, values, errors, ())
-    if not lasts and paths is None and all(stationary.covered(each, asked) for each in systems[:: len(systems) - 1 or 1]):
+    if (
+        not lasts
+        and paths is None
+        and all(stationary.covered(each, asked) for each in systems[:: len(systems) - 1 or 1])
+    ):
         assert duration is not None
         return _by_theory(common, words, asked, duration)
     drawn = paths or _USUAL_PATHS if motions.is_random else None
