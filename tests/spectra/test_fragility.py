@@ -155,6 +155,7 @@ def test_a_stop_under_records_has_the_speed_of_its_impacts() -> None:
         ((noisy(1.0), {"displacement": 0.05}, [1.0]), "system must have one recorded excitation"),
         ((linear(several(3, 50)), {}, [1.0]), "limits must be a dict"),
         ((linear(several(3, 50)), {"displacement": -1.0}, [1.0]), "limit of displacement must be"),
+        ((linear(several(3, 50)), {"displacement": 1.0}), "intensities must be given for 3 records"),
         ((linear(several(3, 50)), {"x_max": 1.0}, [1.0]), "limits must be of displacement"),
         ((linear(several(3, 50)), {"displacement": 1e3}, [1.0]), "reach from below the limit .*no record exceeds"),
         ((linear(several(3, 50)), {"displacement": 1e-9}, [1.0]), "reach from below the limit .*all records exceed"),

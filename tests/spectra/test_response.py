@@ -316,6 +316,15 @@ def test_wrong_options_get_one_sentence(given: Any, sentence: str) -> None:
         sp.response_spectrum(RECORD, [1.0], **given)
 
 
+def test_records_that_a_run_draws_have_a_spectrum_each() -> None:
+    mount = sp.System(sp.Mass(1.0), sp.Spring(1.0), stop=sp.Barrier(-0.01, 0.5))
+    drawn, given = (
+        sp.response_spectrum(several(3, 100, taken=taken), [0.3], mount, output="displacement")
+        for taken in ("at random", "in turn")
+    )
+    np.testing.assert_array_equal(drawn["displacement"].values, given["displacement"].values)
+
+
 def test_what_cannot_be_seen_says_why() -> None:
     stopped = sp.System(sp.Mass(1.0), sp.Spring(1.0), stop=sp.Barrier(-0.1))
     with pytest.raises(NotCoveredError, match="stop_force cannot be seen: a rigid wall gives impulses"):

@@ -23,6 +23,8 @@ def plot_response_spectrum(
 ) -> Axes:  # fmt: skip
     """Draw a response spectrum: each record, and the quantiles over them with their 95 % intervals.
 
+    Of so few records that the intervals have no ends, the records and their median.
+
     Parameters
     ----------
     found : ResponseSpectrum
@@ -60,19 +62,27 @@ def plot_response_spectrum(
     order = np.argsort(place)
     place = place[order]
     ax, tone = panel(ax), COLORS[known_word(color, COLORS, "color")]
-    if 1 < own.values.shape[1] <= _MOST_LINES:
-        ax.plot(place, own.values[order], color="0.8", linewidth=0.5, zorder=1)
-        ax.plot([], [], color="0.7", linewidth=0.8, label="each record")
-    if own.values.shape[1] == 1:
+    # ends of intervals that a small sample does not have are not drawn; where it has none, the records themselves are
+    low = np.where(own.low > 0.0, own.low, np.nan)
+    high = np.where(np.isfinite(own.high), own.high, np.nan)
+    enough, count = bool(np.isfinite(low + high).all()), own.values.shape[1]
+    if 1 < count <= _MOST_LINES:
+        ax.plot(place, own.values[order], color="0.8" if enough else tone, linewidth=0.5, alpha=0.7, zorder=1)
+        ax.plot([], [], color="0.7" if enough else tone, linewidth=0.6, label="each record")
+    middle = int(np.argmin(np.abs(np.array(own.shares) - 0.5)))
+    for n in reversed(range(len(own.shares) if count != 1 else 0)):
+        words = "median" if own.shares[n] == 0.5 else f"{100.0 * own.shares[n]:.3g} % are below"
+        if n == middle:
+            ax.plot(
+                place, own.quantiles[n][order], color=tone, linewidth=1.6, zorder=3,
+                label=f"{label}, {words}" if label else words,
+            )  # fmt: skip
+        elif enough or own.rms is not None:
+            ax.plot(place, own.quantiles[n][order], "--", color=tone, linewidth=1.2, label=words, zorder=3)
+        if enough:
+            ax.fill_between(place, low[n][order], high[n][order], color=tone, alpha=0.2, linewidth=0.0, zorder=2)
+    if count == 1:
         ax.plot(place, own.middle[order], color=tone, linewidth=1.6, label=label or None)
-    else:
-        middle = int(np.argmin(np.abs(np.array(own.shares) - 0.5)))
-        for n, share in enumerate(own.shares):
-            low, high = own.low[n][order], np.where(np.isfinite(own.high[n]), own.high[n], np.nan)[order]
-            words = "median" if share == 0.5 else f"{100.0 * share:.3g} % are below"
-            style, own_label = ("-", f"{label}, {words}" if label else words) if n == middle else ("--", words)
-            ax.fill_between(place, low, high, color=tone, alpha=0.2, linewidth=0.0, zorder=2)
-            ax.plot(place, own.quantiles[n][order], style, color=tone, linewidth=1.6, label=own_label, zorder=3)
     if own.rms is not None:
         ax.plot(place, own.rms[order], ":", color=tone, linewidth=1.6, label="rms")
     ax.set(

@@ -28,6 +28,7 @@ Method = Literal["plain", "splitting"]
 _SIZES = {"displacement": "distance", "velocity": "speed"}
 """The names in `springpot.exceedance` of what has two sides."""
 _SAID, _CURVED, _UNLIKELY = 0.02, 3.0, 1e-3
+_FEWEST = 5  # records of a cloud
 _USUAL_PATHS = 256
 _USUAL_RTOL = {"plain": 0.005, "splitting": 0.2}
 _TAIL = 2.0  # periods after the last point of a record
@@ -143,6 +144,10 @@ def fragility(
         over = demands > limit
         places = size[None, :] if own is None and size is not None else np.broadcast_to(own[:, None], demands.shape)  # type: ignore[index]
         if own is None:
+            if demands.size < _FEWEST:
+                raise ValueError(
+                    f"intensities must be given for {demands.size} records: a cloud has {_FEWEST} or more."
+                )
             if not (demands > 0.0).all():
                 none = int((demands == 0.0).sum())
                 raise ValueError(

@@ -139,6 +139,8 @@ def largest_values(
     if plan.settings.start == "stationary":
         plan = adapt(plan)
     if motion.is_random:
+        if length and not step:  # of many paths one need not know each to the default step under records
+            plan = planned(system, min(_COARSE * plan.settings.step, _COARSEST / motion.scales.fastest_rate))
         coarse, fine = _run(_with_twice_the_step(plan), names, halved=True), _run(plan, names)
         found, errors, members = fine, {name: np.abs(fine[name] - coarse[name]) for name in names}, np.zeros(0, int)
         last = plan.settings.step

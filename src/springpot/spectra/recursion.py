@@ -85,7 +85,8 @@ class Oscillator:
         if kind != "primary":
             step = 2.0 * math.pi / self.frequency / _IN_A_PERIOD
             count = math.ceil(_FREE * _IN_A_PERIOD)
-            powers = np.stack([np.linalg.matrix_power(self.over(np.array([step]))[0][0], n) for n in range(count)])
+            one = self.over(np.array([step]))[0][0]
+            powers = np.stack([np.linalg.matrix_power(one, n) for n in range(count)])
             free = np.einsum("nij,jr->irn", powers, np.stack([x[:, -1], v[:, -1]]))
             after = self._extremes(free[0], free[1], np.zeros(free.shape[1:]), np.array([step]))
             found = {name: np.maximum(own, found.get(name, 0.0)) for name, own in after.items()}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, get_args
 
 import numpy as np
@@ -145,6 +146,8 @@ def response_spectrum(
         step = finite_number(step, "step", low=0.0, open_low=True, hint="It is in s.")
     check_called(progress, "progress")
     seed, threads = checked_seed(seed), checked_threads(threads)
+    if isinstance(excitation, RecordedExcitation) and excitation.taken != "in turn":
+        excitation = replace(excitation, taken="in turn")  # each has its spectrum
     systems = systems_of(system, excitation, own.tolist(), damping, varied)
     asked = [*dict.fromkeys("displacement" if word in _PSEUDO else word for word in words)]
     motions = motion_of(systems[0])
