@@ -42,11 +42,14 @@ class Oscillator:
         w in rad/s, and z.
     of_ground : bool
         Whether u is that of the ground.
+    outputs : tuple of str
+        Of OF_ONE: those whose largest sizes are wanted.
     """
 
     frequency: float
     ratio: float
     of_ground: bool
+    outputs: Sequence[str] = OF_ONE
 
     @property
     def matrix(self) -> Floats:
@@ -79,7 +82,7 @@ class Oscillator:
         return found
 
     def largest(self, u: Floats, steps: Floats, kind: Kind) -> dict[str, Floats]:
-        """The largest sizes of displacement, velocity and acceleration, of each record; u is 0 after its last point."""
+        """The largest sizes of the outputs, of each record; u is 0 after its last point."""
         x, v = self.states(u, steps)
         found = self._extremes(x, v, u, steps) if kind != "residual" else {}
         if kind != "primary":
@@ -94,16 +97,19 @@ class Oscillator:
 
     def _extremes(self, x: Floats, v: Floats, u: Floats, steps: Floats) -> dict[str, Floats]:
         pull = -(self.frequency**2) * x - 2.0 * self.ratio * self.frequency * v
-        rate = u + pull
-        jerk = -(self.frequency**2) * v - 2.0 * self.ratio * self.frequency * rate
-        slope = np.zeros_like(u[:, 1:]) if self.of_ground else np.diff(u, axis=1) / steps
-        return {
-            "displacement": _largest(x, v[:, :-1], v[:, 1:], steps),
-            "velocity": _largest(v, rate[:, :-1], rate[:, 1:], steps),
-            "acceleration": _largest(
-                pull if self.of_ground else rate, jerk[:, :-1] + slope, jerk[:, 1:] + slope, steps
-            ),
-        }  # fmt: skip
+        rate, found = u + pull, dict[str, Floats]()
+        if "displacement" in self.outputs:
+            found["displacement"] = _largest(x, v[:, :-1], v[:, 1:], steps)
+        if "velocity" in self.outputs:
+            found["velocity"] = _largest(v, rate[:, :-1], rate[:, 1:], steps)
+        if "acceleration" in self.outputs:
+            jerk = -(self.frequency**2) * v - 2.0 * self.ratio * self.frequency * rate
+            before, after = jerk[:, :-1], jerk[:, 1:]
+            if not self.of_ground:
+                slope = np.diff(u, axis=1) / steps
+                before, after = before + slope, after + slope
+            found["acceleration"] = _largest(pull if self.of_ground else rate, before, after, steps)
+        return found
 
 
 def _largest(values: Floats, before: Floats, after: Floats, steps: Floats) -> Floats:
@@ -159,7 +165,7 @@ class Lines:
     def _in_steps(self, oscillator: Oscillator, kind: Kind, fold: int) -> dict[str, Floats]:
         if (count := len(self.values)) > 1 and self.values.size * fold > _MOST_AT_ONCE:
             some = [replace(self, values=own)._in_steps(oscillator, kind, fold) for own in _halves(self.values, count)]
-            return {name: np.concatenate([each[name] for each in some]) for name in OF_ONE}
+            return {name: np.concatenate([each[name] for each in some]) for name in oscillator.outputs}
         steps = np.diff(self.time)
         own = np.array([steps.mean()]) if are_even(self.time) else np.repeat(steps, fold)
         return oscillator.largest(_dense(self, fold), own / fold, kind)
@@ -193,10 +199,10 @@ def largest_of_all(
     groups: Sequence[Lines], oscillator: Oscillator, kind: Kind, count: int
 ) -> tuple[Mapping[str, Floats], Mapping[str, Floats]]:
     """By output, of all records in their order: the largest sizes, and bounds on their errors."""
-    values = {name: np.zeros(count) for name in OF_ONE}
-    errors = {name: np.zeros(count) for name in OF_ONE}
+    values = {name: np.zeros(count) for name in oscillator.outputs}
+    errors = {name: np.zeros(count) for name in oscillator.outputs}
     for lines in groups:
         found, off = lines.largest(oscillator, kind)
-        for name in OF_ONE:
+        for name in oscillator.outputs:
             values[name][[*lines.members]], errors[name][[*lines.members]] = found[name], off[name]
     return values, errors

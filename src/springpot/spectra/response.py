@@ -165,7 +165,7 @@ def response_spectrum(
         raise ValueError(f"kind must be 'maximax' for records of different lengths and for noise, not {kind!r}.")
     common = {"periods": own, "shares": (*shares,), "kind": kind, "systems": (*systems,), "damping": damping}
     if isinstance(excitation, RecordedExcitation) and _is_simple(systems) and {*asked} <= {*recursion.OF_ONE}:
-        values, errors = _exact(excitation, systems, own, kind, threads, progress)
+        values, errors = _exact(excitation, systems, own, kind, asked, threads, progress)
         return _put(common, "exact", words, values, errors, ())
     if (
         not lasts
@@ -219,8 +219,8 @@ def _is_simple(systems: Sequence[System]) -> bool:
 
 
 def _exact(
-    excitation: RecordedExcitation, systems: Sequence[System], periods: Floats, kind: Kind, threads: int,
-    progress: Progress | None,
+    excitation: RecordedExcitation, systems: Sequence[System], periods: Floats, kind: Kind, outputs: Sequence[str],
+    threads: int, progress: Progress | None,
 ) -> tuple[dict[str, Floats], dict[str, Floats]]:  # fmt: skip
     groups = recursion.grouped(excitation.records, excitation.interpolation == "band-limited")
     ground = excitation.on == "ground"
@@ -229,13 +229,15 @@ def _exact(
         system = systems[number]
         frequency = float(system.natural_frequency)
         ratio = 0.5 * float(system.damping / system.inertia) / frequency
-        return recursion.largest_of_all(groups, recursion.Oscillator(frequency, ratio, ground), kind, excitation.count)
+        return recursion.largest_of_all(
+            groups, recursion.Oscillator(frequency, ratio, ground, outputs), kind, excitation.count
+        )
 
     found = of_each(one, periods.size, threads, progress)
     factors = [excitation.scale * (1.0 if ground else 1.0 / float(system.inertia)) for system in systems]
     return tuple(  # type: ignore[return-value]
         {name: np.stack([k * each[side][name] for k, each in zip(factors, found, strict=True)])
-         for name in recursion.OF_ONE}
+         for name in outputs}
         for side in (0, 1)
     )  # fmt: skip
 
