@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     )
     from springpot.problem.oscillator import Oscillator
     from springpot.problem.parts import *  # noqa: F403
+    from springpot.problem.shaking import ground_motion, ground_motion_psd, noise_records, sweep
     from springpot.problem.system import System
     from springpot.problem.uncertain import uncertain
     from springpot.scattering import exceedance_over_devices, scatter
@@ -60,9 +61,9 @@ if TYPE_CHECKING:
         "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
         "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam",
         "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit",
-        "fragility", "free", "load_run", "nominal", "open_study", "read_data", "read_system", "recommended",
-        "response_spectrum", "scatter", "sensitivity", "simulate", "simulate_many", "study", "theory", "to_toml",
-        "trust", "uncertain", "with_values",
+        "fragility", "free", "ground_motion", "ground_motion_psd", "load_run", "noise_records", "nominal",
+        "open_study", "read_data", "read_system", "recommended", "response_spectrum", "scatter", "sensitivity",
+        "simulate", "simulate_many", "study", "sweep", "theory", "to_toml", "trust", "uncertain", "with_values",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
@@ -85,6 +86,7 @@ _LATER = {
         "problem.free_numbers": ("free", "nominal", "with_values"),
         "problem.messages": tuple(f"{what}Warning" for what in _WARNINGS),
         "problem.oscillator": ("Oscillator",),
+        "problem.shaking": ("ground_motion", "ground_motion_psd", "noise_records", "sweep"),
         "problem.system": ("System",),
         "problem.uncertain": ("uncertain",),
         "scattering": ("exceedance_over_devices", "scatter"),
