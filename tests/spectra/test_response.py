@@ -257,6 +257,18 @@ def test_a_result_becomes_a_dataset_and_a_dict() -> None:
         found["accelerations"]
 
 
+def test_many_short_records_and_an_uncertain_mass() -> None:
+    """More records than a long record has numbers at least; and an uncertain number is refused, not lost."""
+    mount = sp.System(sp.Mass(2.0), sp.Spring(1.0), stop=sp.Barrier(-0.002, 0.7))
+    found = sp.response_spectrum(several(130, 40), [0.3], mount, output="displacement")
+    few = sp.response_spectrum(several(130, 40), [0.3], output="displacement", damping=0.0)
+    assert found["displacement"].values.shape == few["displacement"].values.shape == (1, 130)
+    for record in (several(1, 40), several(1, 400)):
+        unsure = sp.System(sp.Mass(sp.uncertain("m", 2.0, cov=0.1)), sp.Spring(1.0))
+        with pytest.raises(ValueError, match="uncertain"):
+            sp.response_spectrum(record, [0.3], unsure)
+
+
 def test_threads_and_order_change_no_bit() -> None:
     mount = sp.System(sp.Mass(1.0), sp.Spring(1.0), stop=sp.Barrier(-0.002, 0.7))
     one, two = (
@@ -329,3 +341,14 @@ def test_what_cannot_be_seen_says_why() -> None:
     stopped = sp.System(sp.Mass(1.0), sp.Spring(1.0), stop=sp.Barrier(-0.1))
     with pytest.raises(NotCoveredError, match="stop_force cannot be seen: a rigid wall gives impulses"):
         sp.response_spectrum(RECORD, [1.0], stopped, output="stop_force")
+
+
+def test_a_given_step_is_not_halved_and_says_what_it_leaves() -> None:
+    mount = sp.System(sp.Mass(1.0), sp.Spring(1.0), stop=sp.Barrier(-0.01, 0.5))
+    coarse, fine = (
+        sp.response_spectrum(several(3, 100), [0.3], mount, output="displacement", step=step) for step in (2e-3, 2.5e-4)
+    )
+    apart = np.abs(coarse["displacement"].values - fine["displacement"].values)
+    assert (apart < 3.0 * coarse["displacement"].errors + 1e-3 * fine["displacement"].values).all()
+    assert fine["displacement"].errors.max() < coarse["displacement"].errors.max()
+    assert not fine.warnings

@@ -138,42 +138,58 @@ def largest_values(
     plan = planned(system, step)
     if plan.settings.start == "stationary":
         plan = adapt(plan)
+    coarsest = _COARSEST / motion.scales.fastest_rate
     if motion.is_random:
         if length and not step:  # of many paths one need not know each to the default step under records
-            plan = planned(system, min(_COARSE * plan.settings.step, _COARSEST / motion.scales.fastest_rate))
+            plan = planned(system, min(_COARSE * plan.settings.step, coarsest))
         coarse, fine = _run(_with_twice_the_step(plan), names, halved=True), _run(plan, names)
-        found, errors, members = fine, {name: np.abs(fine[name] - coarse[name]) for name in names}, np.zeros(0, int)
-        last = plan.settings.step
+        found = fine, {name: np.abs(fine[name] - coarse[name]) for name in names}, plan.settings.step, 0.0
+    elif step:
+        found = _by_halving(system, names, planned, [min(2.0 * step, coarsest), step], rtol)
     else:
-        last = 2.0 * plan.settings.step * (1.0 if step else _COARSE)
-        coarse = _run(planned(system, min(last, _COARSEST / motion.scales.fastest_rate)), names)
-        found = {name: own.copy() for name, own in coarse.items()}
-        errors, members = {name: np.zeros_like(found[name]) for name in names}, np.arange(found[names[0]].size)
-        doubtful = np.ones(members.size, bool)
-        for _ in range(1 if step else _MOST_HALVINGS):
-            finer = planned(_of_records(system, members, found[names[0]].size), 0.5 * last)
-            if finer.settings.steps * members.size > _MOST_POINTS:
-                break
-            last, fine = 0.5 * last, _run(finer, names)
-            before = {name: own[members] for name, own in errors.items()}
-            for name in names:
-                errors[name][members] = np.abs(fine[name] - coarse[name])
-            for name, own in fine.items():
-                found[name][members] = own
-            apart = _apart(coarse, fine, rtol)
-            left = apart | doubtful  # until it has agreed twice, since once may be by chance
-            for name in names:
-                errors[name][members[~left]] = np.maximum(errors[name][members], before[name])[~left]
-            coarse, members = {name: own[left] for name, own in fine.items()}, members[left]
-            doubtful = apart[left]
-            if not members.size:
-                break
-    struck = {"impact_rate": 1.0 if found[_STRUCK].any() else 0.0}
+        steps = [plan.settings.step * _COARSE * 2.0 ** (1 - n) for n in range(_MOST_HALVINGS + 1)]
+        found = _by_halving(system, names, planned, steps, rtol)
+    values, errors, last, unconverged = found
+    struck = {"impact_rate": 1.0 if values[_STRUCK].any() else 0.0}
     return Largest(
-        {word: found[name] for word, name in zip(words, names, strict=True)},
-        {word: errors[name] for word, name in zip(words, names, strict=True)}, last,
-        members.size / found[names[0]].size, tuple(map(str, about_shocks(system, names, struck))),
+        {word: values[name] for word, name in zip(words, names, strict=True)},
+        {word: errors[name] for word, name in zip(words, names, strict=True)},
+        last, unconverged, tuple(map(str, about_shocks(system, names, struck))),
     )  # fmt: skip
+
+
+def _by_halving(
+    system: System, names: Sequence[str], planned: Callable[[System, float], Plan], steps: Sequence[float], rtol: float
+) -> tuple[dict[str, Floats], dict[str, Floats], float, float]:
+    """Values and errors of each record, the last step, and the share of the records that did not agree.
+
+    A record is left alone when it has agreed twice from step to step, since once may be by chance; of two steps once.
+    """
+    coarse, last = _run(planned(system, steps[0]), names), steps[0]
+    values, count = {name: own.copy() for name, own in coarse.items()}, coarse[names[0]].size
+    errors, members = {name: np.full(count, math.inf) for name in names}, np.arange(count)
+    doubtful = np.full(count, len(steps) > 2)
+    for step in steps[1:]:
+        finer = planned(_of_records(system, members, count), step)
+        if finer.settings.steps * members.size > _MOST_POINTS:
+            doubtful[:] = True
+            break
+        last, fine = step, _run(finer, names)
+        apart = _apart(coarse, fine, rtol)
+        left = apart | doubtful
+        for name in names:
+            own = np.abs(fine[name] - coarse[name])
+            errors[name][members] = np.where(left, own, np.fmax(own, _finite(errors[name][members])))
+        for name, found in fine.items():
+            values[name][members] = found
+        coarse, members, doubtful = {name: own[left] for name, own in fine.items()}, members[left], apart[left]
+        if not members.size:
+            break
+    return values, errors, last, float(doubtful.sum() / count)
+
+
+def _finite(numbers: Floats) -> Floats:
+    return np.where(np.isfinite(numbers), numbers, 0.0)
 
 
 _STRUCK = "struck"

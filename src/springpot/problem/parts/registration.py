@@ -457,7 +457,7 @@ class Part(Checked):
 def _each(change: Callable[[Any], Any], value: Any) -> Any:
     if not isinstance(value, tuple):
         return change(value)
-    if len(value) > _MANY and {*map(type, value)} == {float}:
+    if len(value) > _MANY and {*map(type, value)} == {float} and type(change(value[0])) is float:
         import numpy as np  # slow to import; the same bits, and ten times faster for a long record
 
         return tuple(np.asarray(change(np.array(value))).tolist())
