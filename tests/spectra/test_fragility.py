@@ -178,3 +178,23 @@ def test_wrong_arguments_get_one_sentence(given: Any, sentence: str) -> None:
 def test_wrong_options_get_one_sentence(given: Any, sentence: str) -> None:
     with pytest.raises((TypeError, ValueError), match=sentence):
         sp.fragility(linear(several(3, 50)), {"displacement": 0.1}, [1.0], **given)
+
+
+def test_a_limit_that_is_never_exceeded_is_said_and_the_others_are_fitted() -> None:
+    found = sp.fragility(
+        noisy, {"displacement": [0.05, 5.0]}, [1.5, 2.0, 2.5, 3.0], duration=20.0, paths=128
+    )  # fmt: skip
+    assert [*found] == ["displacement > 0.05"]
+    (sentence,) = found.warnings
+    assert sentence.startswith("displacement > 5 has no curve: intensities must reach from below the limit to beyond")
+    assert found.warnings[0] in str(found)
+
+
+def test_points_that_follow_no_lognormal_law_are_said() -> None:
+    """Half of the devices exceed the limit early, the others late."""
+    fit = fit_counts(
+        np.array([1.0, 2.0, 4.0, 8.0, 16.0]), np.array([2.0, 98.0, 100.0, 102.0, 198.0]), np.full(5, 200.0)
+    )
+    assert fit.chance < 1e-6
+    likely = fit_counts(np.array([1.0, 2.0, 4.0]), np.array([16.0, 100.0, 184.0]), np.full(3, 200.0))
+    assert likely.chance > 0.1

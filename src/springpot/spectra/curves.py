@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from springpot.machine.arguments import finite_numbers
 from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import name_results
+from springpot.machine.plain import plain
 from springpot.scattering.estimates import Interval
 from springpot.spectra.lognormal import Fit
 
@@ -34,36 +34,41 @@ class FragilityCurve:
     limit : float
     unit : str
         Of the output.
-    median, dispersion : Interval
-        Of the intensity at which the limit is exceeded: its median, and the standard deviation of its logarithm, each
-        with its standard error and 95 % interval.
     kind : {"capacities", "counts", "cloud", "splitting"}
         What was fitted.
+    fit : Fit
     intensities : ndarray, shape (stripes,)
         Empty of a cloud.
     exceeded, tried : ndarray, shape (stripes,)
-        How many of how many; of splitting the probability, and 1.
-    known : ndarray, shape (2, stripes)
-        Of splitting the ends of the intervals of the probabilities, else empty.
+        How many of how many paths; empty of a cloud and of splitting.
+    known : ndarray, shape (3, stripes)
+        Of splitting the probabilities and the ends of their intervals, else empty.
     places, demands : ndarray, shape (stripes, paths)
-        Intensity and largest value of each path.
-    fit : Fit
+        Intensity and largest value of each path; empty of splitting.
     """
 
     label: str
     output: str
     limit: float
     unit: str
-    median: Interval
-    dispersion: Interval
     kind: str
+    fit: Fit
     intensities: Floats
     exceeded: Any
     tried: Any
     known: Floats
     places: Floats
     demands: Floats
-    fit: Fit
+
+    @property
+    def median(self) -> Interval:
+        """Of the intensities at which the limit is exceeded, with its standard error and 95 % interval."""
+        return self.fit.median
+
+    @property
+    def dispersion(self) -> Interval:
+        """The standard deviation of their logarithm."""
+        return self.fit.dispersion
 
     def probability(self, intensity: ArrayLike) -> Floats:
         """Of exceeding the limit at intensities.
@@ -73,8 +78,8 @@ class FragilityCurve:
         >>> from springpot.spectra.lognormal import fit_counts
         >>> three = np.array([1.0, 2.0, 4.0])
         >>> fit = fit_counts(three, np.array([2.0, 10.0, 18.0]), np.full(3, 20.0))
-        >>> curve = FragilityCurve("", "displacement", 0.1, "m", fit.median, fit.dispersion, "counts", three,
-        ...                        np.array([2, 10, 18]), np.full(3, 20), np.zeros((2, 0)), three, three, fit)
+        >>> curve = FragilityCurve("", "displacement", 0.1, "m", "counts", fit, three, np.array([2, 10, 18]),
+        ...                        np.full(3, 20), np.zeros((3, 0)), three, three)
         >>> curve.probability([2.0, 4.0]).round(2).tolist()
         [0.5, 0.9]
         """
@@ -88,7 +93,7 @@ class FragilityCurve:
     def shares(self) -> tuple[Floats, Floats, Floats]:
         """Of each stripe the share that exceeds the limit, with the ends of its exact 95 % interval."""
         if self.known.size:
-            return np.asarray(self.exceeded), self.known[0], self.known[1]
+            return self.known[0], self.known[1], self.known[2]
         k, n = np.asarray(self.exceeded, float), np.asarray(self.tried, float)
         low = np.where(k > 0.0, beta.ppf(_CHANCE, np.maximum(k, 1.0), n - k + 1.0), 0.0)
         high = np.where(k < n, beta.ppf(1.0 - _CHANCE, k + 1.0, np.maximum(n - k, 1.0)), 1.0)
@@ -143,9 +148,10 @@ class Fragility:
                 yield f"  {name:12}{found.value:<10.4g} ({found.low:.4g} to {found.high:.4g})"
             if own.intensities.size:
                 yield f"  {'intensity':>12} {'exceeded':>12} {'share':>10} {'':22} {'fitted':>10}"
-                columns = own.intensities, own.exceeded, own.tried, *own.shares, own.probability(own.intensities)
-                for place, k, n, share, low, high, p in zip(*columns, strict=True):
-                    count = f"{k} of {n}" if own.kind != "splitting" else ""
+                counts = [f"{k} of {n}" for k, n in zip(own.exceeded, own.tried, strict=True)]
+                columns = own.intensities, *own.shares, own.probability(own.intensities)
+                for n, (place, share, low, high, p) in enumerate(zip(*columns, strict=True)):
+                    count = counts[n] if counts else ""
                     yield f"  {place:12.5g} {count:>12} {share:10.3g} {f'({low:.3g} to {high:.3g})':22} {p:10.3g}"
             else:
                 yield f"  {own.demands.size} records, {int((own.demands > own.limit).sum())} beyond the limit"
@@ -155,19 +161,15 @@ class Fragility:
 
     def to_dict(self) -> dict[str, Any]:
         """Its numbers as plain ones; what is not finite is None."""
-
-        def plain(found: Any) -> Any:
-            if isinstance(found, Interval):
-                return {name: plain(getattr(found, name)) for name in ("value", "error", "low", "high")}
-            if isinstance(found, np.ndarray):
-                return [plain(each) for each in found.tolist()]
-            if isinstance(found, float):
-                return found if math.isfinite(found) else None
-            return found
-
-        names = "output", "limit", "unit", "median", "dispersion", "kind", "intensities", "exceeded", "tried"
-        curves = {label: {name: plain(getattr(own, name)) for name in names} for label, own in self.curves.items()}
-        return {"curves": curves, "method": self.method, "warnings": [*self.warnings]}
+        names = "output", "limit", "unit", "kind", "intensities", "exceeded", "tried"
+        curves = {
+            label: {
+                **{name: getattr(own, name) for name in names}, "median": asdict(own.median),
+                "dispersion": asdict(own.dispersion),
+            }
+            for label, own in self.curves.items()
+        }  # fmt: skip
+        return plain({"curves": curves, "method": self.method, "warnings": [*self.warnings]})
 
     def to_xarray(self) -> xarray.Dataset:
         """A dataset with the dimensions ``curve`` and, of stripes, ``intensity``.

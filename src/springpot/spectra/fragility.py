@@ -28,7 +28,7 @@ Method = Literal["plain", "splitting"]
 _SIZES = {"displacement": "distance", "velocity": "speed"}
 """The names in `springpot.exceedance` of what has two sides."""
 _SAID, _CURVED, _UNLIKELY = 0.02, 3.0, 1e-3
-_FEWEST = 5  # records of a cloud
+_FEWEST, _FEWEST_RARE = 5, 2  # records of a cloud, and intensities with a rare probability
 _USUAL_PATHS = 256
 _USUAL_RTOL = {"plain": 0.005, "splitting": 0.2}
 _TAIL = 2.0  # periods after the last point of a record
@@ -138,38 +138,59 @@ def fragility(
         return _by_splitting(systems, wanted, own, rtol, {**common, "duration": duration or motion.recorded}, progress)
     check_outputs(motion, [*wanted], "limits")
     found = _demands(systems, [*wanted], rtol, paths or _USUAL_PATHS if motion.is_random else None, common, progress)
-    curves, warnings = dict[str, FragilityCurve](), [*found.warnings]
-    for label, word, limit in _each(wanted):
-        demands = found.values[word]
-        over = demands > limit
-        places = size[None, :] if own is None and size is not None else np.broadcast_to(own[:, None], demands.shape)  # type: ignore[index]
+
+    def curve(label: str, word: str, limit: float) -> tuple[FragilityCurve, list[str]]:
+        demands, said = found.values[word], list[str]()
+        over, stripes = demands > limit, np.zeros(0) if own is None else own
+        places = np.repeat(stripes[:, None], demands.shape[1], axis=1)
+        exceeded = over.sum(axis=1) if own is not None else np.zeros(0, int)
+        tried = np.full(exceeded.size, over.shape[1])
         if own is None:
-            if demands.size < _FEWEST:
-                raise ValueError(
-                    f"intensities must be given for {demands.size} records: a cloud has {_FEWEST} or more."
-                )
-            if not (demands > 0.0).all():
-                none = int((demands == 0.0).sum())
-                raise ValueError(
-                    f"intensities must be given for {word}, which is 0 in {none} of the records: a cloud has no "
-                    "logarithm of it."
-                )
-            fit, _, curved = fit_cloud(places[0], demands[0], limit)
-            kind = "cloud"
+            assert size is not None
+            places, kind = size[None, :], "cloud"
+            fit, curved = _fit_of_cloud(size, demands[0], word, limit)
             if curved > _CURVED:
-                warnings.append(
-                    f"{word} is no power of the intensity in this cloud: scale the records to intensities=."
-                )
+                said.append(f"{word} is no power of the intensity in this cloud: scale the records to intensities=.")
         elif motion.is_random:
-            fit, kind = (
-                fit_counts(own, over.sum(axis=1).astype(float), np.full(own.size, float(over.shape[1]))),
-                "counts",
-            )
+            fit, kind = fit_counts(own, exceeded.astype(float), tried.astype(float)), "counts"
         else:
             fit, kind = _fit_of_capacities(own, over), "capacities"
-        warnings += _about_law(label, fit)
-        curves[label] = _curve(systems[0], label, word, limit, fit, kind, places, demands, over)
-    return Fragility(curves, None if own is None else own, "plain", tuple(warnings))
+        unit = unit_of_output(systems[0], word)
+        none = np.zeros((3, 0))
+        return FragilityCurve(
+            label, word, limit, unit, kind, fit, stripes, exceeded, tried, none, places, demands
+        ), said
+
+    curves, warnings = _curves(wanted, curve)
+    return Fragility(curves, own, "plain", (*found.warnings, *warnings))
+
+
+def _curves(
+    wanted: Mapping[str, Sequence[float]], make: Callable[[str, str, float], tuple[FragilityCurve, list[str]]]
+) -> tuple[dict[str, FragilityCurve], list[str]]:
+    """Those that there are, and what is to be said; an error if there is none.
+
+    The intervals take a lognormal law for granted, so points that do not follow one are said.
+    """
+    curves, warnings, faults = dict[str, FragilityCurve](), list[str](), list[ValueError]()
+    for word, limits in wanted.items():
+        for limit in limits:
+            label = word if len(limits) == 1 else f"{word} > {limit:g}"
+            try:
+                curves[label], said = make(label, word, limit)
+            except ValueError as fault:
+                faults.append(fault)
+                warnings.append(f"{label} has no curve: {fault}")
+                continue
+            if curves[label].fit.chance < _UNLIKELY:
+                said.append(
+                    f"{label} does not follow a lognormal law over these intensities (a chance of "
+                    f"{curves[label].fit.chance:.1g}): fit fewer of them, near the probability that matters."
+                )
+            warnings += said
+    if not curves:
+        raise faults[0]
+    return curves, warnings
 
 
 def _limits(given: Any) -> dict[str, list[float]]:
@@ -182,13 +203,6 @@ def _limits(given: Any) -> dict[str, list[float]]:
         own = finite_numbers(each, f"limits of {name}", f"limit of {name}", low=0.0, high=LARGEST, open_low=True)
         found[name] = own.ravel().tolist()
     return found
-
-
-def _each(wanted: Mapping[str, Sequence[float]]) -> list[tuple[str, str, float]]:
-    return [
-        (word if len(limits) == 1 else f"{word} > {limit:g}", word, limit)
-        for word, limits in wanted.items() for limit in limits
-    ]  # fmt: skip
 
 
 def _record_of(system: System) -> tuple[str, RecordedExcitation]:
@@ -267,25 +281,16 @@ def _fit_of_capacities(intensities: Floats, over: Any) -> Fit:
     return fit_brackets(ends[first], ends[first + 1])
 
 
-def _about_law(label: str, fit: Fit) -> list[str]:
-    """That the points do not follow a lognormal law, which the intervals take for granted."""
-    if not fit.chance < _UNLIKELY:
-        return []
-    return [
-        f"{label} does not follow a lognormal law over these intensities (a chance of {fit.chance:.1g}): fit fewer of "
-        "them, near the probability that matters."
-    ]
-
-
-def _curve(
-    system: System, label: str, word: str, limit: float, fit: Fit, kind: str, places: Floats, demands: Floats, over: Any
-) -> FragilityCurve:  # fmt: skip
-    tried = np.full(len(over), over.shape[1])
-    return FragilityCurve(
-        label, word, limit, unit_of_output(system, word), fit.median, fit.dispersion, kind,
-        places[:, 0] if kind != "cloud" else np.zeros(0), over.sum(axis=1) if kind != "cloud" else np.zeros(0),
-        tried if kind != "cloud" else np.zeros(0), np.zeros((2, 0)), places, demands, fit,
-    )  # fmt: skip
+def _fit_of_cloud(size: Floats, demands: Floats, word: str, limit: float) -> tuple[Fit, float]:
+    """And how many standard errors it is curved."""
+    if demands.size < _FEWEST:
+        raise ValueError(f"intensities must be given for {demands.size} records: a cloud has {_FEWEST} or more.")
+    if none := int((demands == 0.0).sum()):
+        raise ValueError(
+            f"intensities must be given for {word}, which is 0 in {none} of the records: a cloud needs its logarithm."
+        )
+    fit, _, curved = fit_cloud(size, demands, limit)
+    return fit, curved
 
 
 def _by_splitting(
@@ -300,29 +305,27 @@ def _by_splitting(
         found.append(exceeded(system, names, rtol=rtol, progress=None, **own))
         if progress is not None:
             progress((number + 1) / len(systems))
-    curves, warnings = dict[str, FragilityCurve](), list[str]()
-    for label, word, limit in _each(wanted):
-        name = _SIZES.get(word, word)
-        place = sorted(wanted[word]).index(limit)
+
+    def curve(label: str, word: str, limit: float) -> tuple[FragilityCurve, list[str]]:
+        name, place, said = _SIZES.get(word, word), sorted(wanted[word]).index(limit), list[str]()
         p, low, high, error = (
             np.array([getattr(each[name], of)[place] for each in found])
             for of in ("probability", "low", "high", "error")
         )
         known = (p > 0.0) & (p < 1.0) & (error > 0.0)
-        if known.sum() < 2:
+        if known.sum() < _FEWEST_RARE:
             raise ValueError(f"intensities must have two or more at which {label} is exceeded, and not always.")
         if not known.all():
             some = listed([f"{each:g}" for each in intensities[~known]])
-            warnings.append(
-                f"{label} is exceeded never or always at the intensity {some}, which is left out of its fit."
-            )
-        with np.errstate(divide="ignore"):
-            errors = np.log(high / low) / (2.0 * _NORMAL)
-        fit = fit_probabilities(intensities[known], np.log(p[known]), np.maximum(errors[known], 1e-9))
-        warnings += _about_law(label, fit)
-        curves[label] = FragilityCurve(
-            label, word, limit, unit_of_output(systems[0], word), fit.median, fit.dispersion, "splitting", intensities,
-            p, np.ones(p.size), np.stack([low, high]), np.zeros((0, 0)), np.zeros((0, 0)), fit,
-        )  # fmt: skip
+            said.append(f"{label} is exceeded never or always at the intensity {some}, which is left out of its fit.")
+        errors = np.log(high[known] / low[known]) / (2.0 * _NORMAL)
+        fit = fit_probabilities(intensities[known], np.log(p[known]), np.maximum(errors, 1e-9))
+        unit, none = unit_of_output(systems[0], word), np.zeros((0, 0))
+        shares = np.stack([p, low, high])
+        return FragilityCurve(
+            label, word, limit, unit, "splitting", fit, intensities, none[0:0], none[0:0], shares, none, none
+        ), said
+
+    curves, warnings = _curves(wanted, curve)
     warnings += [str(sentence) for each in found for sentence in each.warnings]
     return Fragility(curves, intensities, "splitting", tuple(dict.fromkeys(warnings)))

@@ -111,10 +111,10 @@ def fit_brackets(low: Floats, high: Floats) -> Fit:
         raise ValueError(
             f"intensities must reach from below the limit to beyond it: {which} it at {_ALL[which]} of them."
         )
-    if low.max() < high.min():
+    if low.max() <= high.min():  # one intensity between all of them is enough for a dispersion of 0
         raise ValueError(
-            "intensities must be closer together: the capacities of all records may be the same, so that the "
-            "dispersion has no lower end."
+            "intensities must be closer together: the capacities of all records lie next to one of them, so that "
+            "the dispersion has no lower end."
         )
     with np.errstate(divide="ignore"):
         below, above = np.log(low), np.log(high)
@@ -212,6 +212,8 @@ def _fitted(likelihood: Callable[[float, float], float], logs: Floats, drop: flo
          for start in starts), key=lambda each: float(each.fun),
     )  # fmt: skip
     middle, log_dispersion, top = float(found.x[0]), float(found.x[1]), -float(found.fun)
+    if log_dispersion > math.log(_MOST):
+        raise ValueError("intensities must be ones with which the share beyond the limit grows: here it does not.")
 
     def profile(fixed: int) -> Callable[[float], float]:
         """Twice the fall of the likelihood at a value of one number, at the best value of the other."""
@@ -240,7 +242,7 @@ def _fitted(likelihood: Callable[[float, float], float], logs: Floats, drop: flo
             ends.append(float(optimize.brentq(fresh, start, start + sign * far, xtol=1e-7)))
     lower, upper, least, most = (math.exp(end) if end < 700.0 else math.inf for end in ends)
     covariance = _inverse_curvature(minus, found.x)
-    errors = [math.sqrt(covariance[n, n]) for n in (0, 1)]
+    errors = [math.sqrt(own) if own > 0.0 else math.inf for own in np.diag(covariance).tolist()]
     median, dispersion = math.exp(middle), math.exp(log_dispersion)
     return Fit(
         Interval(median, median * errors[0], lower, upper), Interval(dispersion, dispersion * errors[1], least, most),
@@ -257,4 +259,4 @@ def _inverse_curvature(function: Callable[[Floats], float], place: Floats, step:
     corners = [sign * function(place + steps[0] + sign * steps[1]) - sign * function(place - steps[0] + sign * steps[1])
                for sign in (1.0, -1.0)]  # fmt: skip
     found[0, 1] = found[1, 0] = sum(corners) / (4.0 * step**2)
-    return np.asarray(np.linalg.inv(found))
+    return np.asarray(np.linalg.pinv(found))

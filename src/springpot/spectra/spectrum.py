@@ -12,6 +12,7 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import name_results
+from springpot.machine.plain import plain
 from springpot.problem.system import System
 
 if TYPE_CHECKING:
@@ -135,22 +136,10 @@ class ResponseSpectrum:
 
     def to_dict(self) -> dict[str, Any]:
         """All of it but the systems, as plain numbers, words, lists and dicts; what is not finite is None."""
-
-        def plain(numbers: Any) -> Any:
-            if isinstance(numbers, np.ndarray):
-                return [plain(each) for each in numbers]
-            return float(numbers) if math.isfinite(numbers) else None
-
-        columns = "values", "errors", "quantiles", "low", "high"
-        return {
-            "periods": plain(self.periods), "kind": self.kind, "method": self.method, "damping": self.damping,
-            "shares": [*self.shares], "warnings": [*self.warnings],
-            "outputs": {
-                name: {"unit": own.unit, **{each: plain(getattr(own, each)) for each in columns},
-                       **({} if own.rms is None else {"rms": plain(own.rms)})}
-                for name, own in self.outputs.items()
-            },
-        }  # fmt: skip
+        names = "unit", "values", "errors", "quantiles", "low", "high", "rms"
+        outputs = {name: {each: getattr(own, each) for each in names} for name, own in self.outputs.items()}
+        about = "periods", "kind", "method", "damping", "shares", "warnings"
+        return plain({**{name: getattr(self, name) for name in about}, "outputs": outputs})
 
     def to_xarray(self) -> xarray.Dataset:
         """A dataset with the dimensions ``period``, ``record`` and ``probability``.
