@@ -33,6 +33,7 @@ WORDS = {"displacement": "x", "velocity": "v"}
 
 _COARSE = 4.0  # of the default step under records, at which halving begins
 _MOST_HALVINGS = 7
+_FEW_HALVINGS, _FAR = 3, 0.02  # under noise, until largest values are so close in the mean
 _COARSEST = 0.5  # step times the fastest rate
 _MOST_POINTS = 20_000_000  # of all records at the steps
 _ENDS = "_minimum", "_maximum", "_largest"
@@ -112,7 +113,7 @@ def largest_values(
 
     Under records and noise that ends the time is that of the record and ``tail`` after it, from rest; under noise that
     does not, ``duration`` in the stationary state.  Under records the step is halved for those that have not
-    agreed to ``rtol`` twice; under noise a run with twice the step shows, on the same noise, what it leaves.
+    agreed to ``rtol`` twice; under noise until twice the step gives, on the same noise, nearly the same in the mean.
     """
     options: dict[str, Any] = {"seed": seed, "threads": threads, **({"paths": paths} if paths else {})}
     motion = motion_of(system)
@@ -142,8 +143,7 @@ def largest_values(
     if motion.is_random:
         if length and not step:  # of many paths one need not know each to the default step under records
             plan = planned(system, min(_COARSE * plan.settings.step, coarsest))
-        coarse, fine = _run(_with_twice_the_step(plan), names, halved=True), _run(plan, names)
-        found = fine, {name: np.abs(fine[name] - coarse[name]) for name in names}, plan.settings.step, 0.0
+        found = _by_pairs(plan, names, 0 if step else _FEW_HALVINGS)
     elif step:
         found = _by_halving(system, names, planned, [min(2.0 * step, coarsest), step], rtol)
     else:
@@ -156,6 +156,17 @@ def largest_values(
         {word: errors[name] for word, name in zip(words, names, strict=True)},
         last, unconverged, tuple(map(str, about_shocks(system, names, struck))),
     )  # fmt: skip
+
+
+def _by_pairs(plan: Plan, names: Sequence[str], most: int) -> tuple[dict[str, Floats], dict[str, Floats], float, float]:
+    """As `_by_halving`, of noise: until the paths are, in the mean, as with twice the step on the same noise."""
+    for halving in range(most + 1):
+        coarse, fine = _run(_with_step(plan, 2.0), names, halved=True), _run(plan, names)
+        errors = {name: np.abs(fine[name] - coarse[name]) for name in names}
+        if halving == most or all(errors[name].mean() <= _FAR * fine[name].mean() for name in names):
+            break
+        plan = _with_step(plan, 0.5)
+    return fine, errors, plan.settings.step, 0.0
 
 
 def _by_halving(
@@ -205,9 +216,10 @@ def _of_records(system: System, members: Any, count: int) -> System:
     return System(**{**dict(system.stated()), name: some})
 
 
-def _with_twice_the_step(plan: Plan) -> Plan:
+def _with_step(plan: Plan, times: float) -> Plan:
+    """With so many times the step, nearly."""
     settings = plan.settings
-    step = settings.duration / max(1, round(0.5 * settings.steps))
+    step = settings.duration / max(1, round(settings.steps / times))
     begin, end = (round(time / step) * step for time in settings.window)
     return plan.but(step=step, window=(begin, end))
 

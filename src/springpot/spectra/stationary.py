@@ -11,12 +11,14 @@ from scipy import optimize
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.felt import felt_in
+from springpot.problem.parts import SpectralExcitation
 from springpot.problem.system import System
 from springpot.spectra.largest import name_in_results
 from springpot.theory.level_crossings import rates_at
 from springpot.theory.methods.systems.linear import LinearResponse, linear
 
 FORMULA = "vanmarcke"
+_FASTER = 1.07  # crossings of the mean over the natural frequency
 
 
 def covered(system: System, words: Sequence[str]) -> bool:
@@ -36,6 +38,24 @@ def covered(system: System, words: Sequence[str]) -> bool:
     except (NotCoveredError, ValueError):
         return False
     return True
+
+
+def is_doubtful(system: System, word: str, frequency: float) -> bool:
+    """Whether Vanmarcke's largest values may be too high: where a band begins, or faster motion is on the resonance.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> band = sp.SpectralExcitation((1.0, 40.0), (1.0, 1.0))
+    >>> def device(f):
+    ...     return sp.System(sp.Spring((6.283 * f) ** 2), sp.Dashpot(0.6283 * f), band)
+    >>> is_doubtful(device(1.1), "displacement", 1.1), is_doubtful(device(10.0), "displacement", 10.0)
+    (True, False)
+    """
+    response = linear(system)
+    _, _, crossings, bandwidth = _moments(response, word)
+    begins = (part.frequency[0] for part in system.of(SpectralExcitation))
+    return crossings > _FASTER * frequency or any(abs(f / frequency - 1.0) < bandwidth for f in begins)
 
 
 def rms_and_quantiles(
