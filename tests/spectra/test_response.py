@@ -228,6 +228,7 @@ def test_noise_with_an_envelope_and_a_stop_is_simulated() -> None:
     mount = sp.System(sp.Mass(1.0), sp.Spring(1.0), sp.Springpot(0.4, 0.5), stop=sp.Barrier(-0.01, 0.5))
     found = sp.response_spectrum(ground, [0.3, 0.8], mount, output=["displacement", "stop_impulse"], paths=64)
     assert found["displacement"].values.shape == (2, 64)
+    assert np.isnan(found["displacement"].errors).all()
     assert (found["displacement"].quantiles > 0.0).all()
     assert found["stop_impulse"].unit == "N s"
     assert "stop_impulse, N s" in str(found)

@@ -46,7 +46,7 @@ class Largest:
     Attributes
     ----------
     values, errors : dict of ndarray
-        The largest sizes, and how far they were off at twice the step.
+        The largest sizes, and how far they were off at twice the step; NaN under noise with an envelope.
     step : float
         The shortest, in s.
     unconverged : float
@@ -140,9 +140,12 @@ def largest_values(
     if plan.settings.start == "stationary":
         plan = adapt(plan)
     coarsest = _COARSEST / motion.scales.fastest_rate
-    if motion.is_random:
-        if length and not step:  # of many paths one need not know each to the default step under records
+    if motion.is_random and length:  # the noise of an envelope is another one at another step
+        if not step:  # of many paths one need not know each to the default step under records
             plan = planned(system, min(_COARSE * plan.settings.step, coarsest))
+        fine = _run(plan, names)
+        found = fine, {name: np.full(fine[name].size, math.nan) for name in names}, plan.settings.step, 0.0
+    elif motion.is_random:
         found = _by_pairs(plan, names, 0 if step else _FEW_HALVINGS)
     elif step:
         found = _by_halving(system, names, planned, [min(2.0 * step, coarsest), step], rtol)

@@ -253,8 +253,8 @@ def _by_theory(common: dict[str, Any], words: Sequence[str], asked: Sequence[str
             some = periods[doubtful]
             warnings.append(
                 f"{word} by theory may be too high at {some.size} of the periods, from {some.min():.3g} to "
-                f"{some.max():.3g} s, where the noise begins near the resonance or moves the mass faster: give paths= for "
-                "Monte Carlo."
+                f"{some.max():.3g} s, where the noise begins near the resonance or moves the mass faster: give paths= "
+                "for Monte Carlo."
             )
     for word in words:
         factor, of = _factor(periods, word), "displacement" if word in _PSEUDO else word

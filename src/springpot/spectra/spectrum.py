@@ -29,7 +29,8 @@ class Spectrum:
     values : ndarray, shape (periods, records)
         Of each record, or of each path of noise; none of theory.
     errors : ndarray, shape (periods, records)
-        Bounds on what the step leaves in them, or under noise the size of it.
+        Bounds on what the step leaves in them; under noise how far they are off at twice the step, with the same
+        noise.  NaN under noise with an envelope, which is another one at another step.
     shares : tuple of float
         Of the records or paths below the quantiles.
     quantiles, low, high : ndarray, shape (shares, periods)
