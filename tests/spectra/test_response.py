@@ -253,7 +253,9 @@ def test_a_result_becomes_a_dataset_and_a_dict() -> None:
         data["pseudo_acceleration"].values[0], found["displacement"].values[0] * (20 * math.pi) ** 2
     )
     assert found.to_dict()["outputs"]["acceleration"]["unit"] == "m s-2"
+    assert "12 records, exact" in str(found)
     assert "50 %" in str(found)
+    assert found.damping == 0.05
     with pytest.raises(KeyError, match="did you mean acceleration"):
         found["accelerations"]
 

@@ -24,7 +24,7 @@ from springpot.spectra.largest import check_outputs, largest_values, of_each, un
 from springpot.spectra.quantiles import quantiles_of
 from springpot.spectra.recursion import Kind
 from springpot.spectra.spectrum import ResponseSpectrum, Spectrum
-from springpot.spectra.templates import Template, systems_of
+from springpot.spectra.templates import USUAL_DAMPING, Template, systems_of
 
 SHARES = 0.16, 0.5, 0.84
 _USUAL = "displacement", "pseudo_acceleration", "acceleration"
@@ -137,6 +137,8 @@ def response_spectrum(
         raise ValueError(f"periods must be at most {_MOST_PERIODS}, not {own.size}.")
     words = _words(output)
     one_of(kind, "kind", get_args(Kind))
+    if damping is None and system is None:
+        damping = USUAL_DAMPING
     if damping is not None:
         damping = finite_number(damping, "damping", low=0.0, high=10.0, hint="It is a ratio: 0.05 is 5 %.")
     shares = finite_numbers(quantiles, "quantiles", "quantile", low=1e-6, high=1.0 - 1e-6).ravel().tolist()

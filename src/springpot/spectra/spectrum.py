@@ -13,6 +13,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import name_results
 from springpot.machine.plain import plain
+from springpot.problem.parts import RecordedExcitation
 from springpot.problem.system import System
 
 if TYPE_CHECKING:
@@ -113,8 +114,9 @@ class ResponseSpectrum:
     def _lines(self) -> Iterator[str]:
         records = next(iter(self.outputs.values())).values.shape[1]
         how = {"exact": "exact", "kernel": "by the compiled kernel", "theory": "by theory"}[self.method]
-        many = f"{records} record or path" if records == 1 else f"{records} records or paths"
-        yield f"Response spectrum ({self.kind}) at {self.periods.size} periods, {many if records else 'noise'}, {how}."
+        word = "record" if self.systems[0].of(RecordedExcitation) else "path"
+        many = f"{records} {word}{'s' * (records > 1)}" if records else "stationary noise"
+        yield f"Response spectrum ({self.kind}) at {self.periods.size} periods, {many}, {how}."
         for own in self.outputs.values():
             yield ""
             yield f"{own.name}, {own.unit}"

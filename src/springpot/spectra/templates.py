@@ -35,7 +35,7 @@ def systems_of(
         If the template is none, or cannot have a period.
     """
     if template is None:
-        ratio = USUAL_DAMPING if damping is None else damping
+        ratio = damping or 0.0
         return [System(excitation=excitation, **_oscillator(2.0 * math.pi / period, ratio)) for period in periods]
     if not callable(template):
         parts = dict(checked_system(template, "system").stated())
