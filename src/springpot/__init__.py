@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     )
     from springpot.problem.oscillator import Oscillator
     from springpot.problem.parts import *  # noqa: F403
+    from springpot.problem.shaking import ground_motion, ground_motion_psd, noise_records, sweep
     from springpot.problem.system import System
     from springpot.problem.uncertain import uncertain
     from springpot.scattering import exceedance_over_devices, scatter
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from springpot.simulation.monte_carlo import simulate
     from springpot.simulation.rare.exceedance import exceedance
     from springpot.simulation.result.load import load_run
+    from springpot.spectra import fragility, response_spectrum
     from springpot.studies import open_study, study
 
     __version__: str
@@ -59,10 +61,11 @@ if TYPE_CHECKING:
     __all__ = [
         "AccuracyWarning", "Basquin", "Dimensionless", "FileWarning", "MeasuredFrequencyResponse", "MeasuredImpacts",
         "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
-        "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "band_rms",
-        "beam", "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit",
-        "free", "load_run", "nominal", "open_study", "read_data", "read_system", "recommended", "scatter",
-        "sensitivity", "simulate", "simulate_many", "study", "theory", "to_toml", "trust", "uncertain", "with_values",
+        "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "band_rms", "beam",
+        "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit",
+        "fragility", "free", "ground_motion", "ground_motion_psd", "load_run", "noise_records", "nominal",
+        "open_study", "read_data", "read_system", "recommended", "response_spectrum", "scatter", "sensitivity",
+        "simulate", "simulate_many", "study", "sweep", "theory", "to_toml", "trust", "uncertain", "with_values",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "File", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
@@ -86,6 +89,7 @@ _LATER = {
         "problem.free_numbers": ("free", "nominal", "with_values"),
         "problem.messages": tuple(f"{what}Warning" for what in _WARNINGS),
         "problem.oscillator": ("Oscillator",),
+        "problem.shaking": ("ground_motion", "ground_motion_psd", "noise_records", "sweep"),
         "problem.system": ("System",),
         "problem.uncertain": ("uncertain",),
         "scattering": ("exceedance_over_devices", "scatter"),
@@ -93,6 +97,7 @@ _LATER = {
         "simulation.extended": ("extend",),
         "simulation.many": ("simulate_many",),
         "simulation.rare.exceedance": ("exceedance",),
+        "spectra": ("fragility", "response_spectrum"),
         "studies": ("open_study", "study"),
         "theory": ("theory",),
     }.items()

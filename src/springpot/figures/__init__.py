@@ -18,6 +18,7 @@ from springpot.figures.over_time import plot_over_time
 from springpot.figures.passages import plot_passage_probability, plot_return_periods
 from springpot.figures.scattering import plot_scatter
 from springpot.figures.series import plot_fourier_error, plot_fourier_series
+from springpot.figures.spectra import plot_fragility, plot_response_spectrum
 from springpot.figures.stationary import plot_correlation, plot_density, plot_spectrum
 from springpot.figures.studies import plot_study
 from springpot.figures.style import COLORS, METHOD_LINES, bars, new_figure, new_grid, save
@@ -43,6 +44,7 @@ __all__ = [
     "plot_fit",
     "plot_fourier_error",
     "plot_fourier_series",
+    "plot_fragility",
     "plot_gaps",
     "plot_gaps_of_methods",
     "plot_memory_error",
@@ -53,6 +55,7 @@ __all__ = [
     "plot_phase_portrait",
     "plot_profile",
     "plot_rainflow",
+    "plot_response_spectrum",
     "plot_return_periods",
     "plot_scatter",
     "plot_sensitivities",

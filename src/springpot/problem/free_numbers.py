@@ -251,7 +251,7 @@ def _each(thing: Any) -> Iterator[Free]:
         if isinstance(thing, Uncertain):
             yield from _each(thing.law)
     elif isinstance(thing, tuple):
-        for item in thing:
+        for item in thing if {*map(type, thing)} != {float} else ():
             yield from _each(item)
     elif is_dataclass(thing) and not isinstance(thing, type):
         for field in fields(thing):

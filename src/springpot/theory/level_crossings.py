@@ -218,7 +218,7 @@ def _levels(response: LinearResponse, name: str, given: Any, duration: float) ->
 
     def off(level: float, formula: str, p: float) -> float:
         own = solved if formula == "envelope" else None
-        rates = _rates_at(name, both, moments, np.array([level]), own)
+        rates = rates_at(name, both, moments, np.array([level]), own)
         return math.log(float(rates.probability(duration)[formula][0]) / p)
 
     def level_by(formula: str, p: float) -> float:
@@ -235,7 +235,7 @@ def _levels(response: LinearResponse, name: str, given: Any, duration: float) ->
             raise ValueError(f"probability of {name} must be at most that of a level next to the mean, not {p:g}.")
         return float(optimize.brentq(off, near, far, (formula, p), rtol=1e-12))
 
-    formulas = _rates_at(name, both, moments, np.array([middle + 3.0 * deviation]), solved).rate
+    formulas = rates_at(name, both, moments, np.array([middle + 3.0 * deviation]), solved).rate
     found = {formula: [level_by(formula, p) for p in wanted.ravel().tolist()] for formula in formulas}
     shaped = {formula: np.array(own).reshape(wanted.shape) for formula, own in found.items()}
     return LevelsOfProbability(name, wanted, duration, shaped)
@@ -261,10 +261,10 @@ def _rates(response: LinearResponse, name: str, given: Any) -> LevelRates:
         beyond = "beyond the mean on both sides" if both else "off the mean"
         raise ValueError(f"level of {name} must lie {beyond}, {mean:g} m.")
     solved = _envelope_of(response.system, place)
-    return _rates_at(name, both, (mean, deviation, crossings, bandwidth), levels, solved)
+    return rates_at(name, both, (mean, deviation, crossings, bandwidth), levels, solved)
 
 
-def _rates_at(
+def rates_at(
     name: str, both: bool, moments: tuple[float, float, float, float], levels: Floats, solved: Envelope | None
 ) -> LevelRates:
     """The rates at levels beyond the mean, from what `_moments` found and the envelope."""

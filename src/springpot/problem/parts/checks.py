@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import Field, fields
 from typing import Any, ClassVar, Self
@@ -159,6 +160,8 @@ def ends_of(bounds: object, where: str) -> tuple[float, float]:
 def numbers_in(values: object, name: str, hint: str = "") -> tuple[float, ...]:
     """The numbers of a list, one by one."""
     given = items_of(values, f"{name} must be a list of numbers")
+    if {*map(type, given)} == {float} and all(map(math.isfinite, given)) and max(map(abs, given)) <= LARGEST:
+        return given  # of a long record, which is checked again whenever a part is made of it
     return tuple(real(value, f"{name}[{place}]", hint) for place, value in enumerate(given))
 
 

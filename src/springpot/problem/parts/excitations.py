@@ -169,7 +169,7 @@ class WhiteNoise(Excitation):
         >>> WhiteNoise.from_psd(0.01, "g2/Hz").on
         'ground'
         """
-        return cls(intensity_from_psd(psd, psd_unit, sides=sides, mass=1.0), _driven(psd_unit, on))
+        return cls(intensity_from_psd(psd, psd_unit, sides=sides, mass=1.0), driven(psd_unit, on))
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -262,7 +262,8 @@ class GroundNoise(Excitation, abstract=True):
         on : str
             The mass on which the force acts, by its name, where there are several.
         **numbers
-            The others of the noise: all but ``intensity``.
+            The others of the noise: all but ``intensity``.  A frequency in Hz is given as ``frequency_hz`` or
+            ``base_frequency_hz``.
 
         Raises
         ------
@@ -274,13 +275,19 @@ class GroundNoise(Excitation, abstract=True):
         >>> noise = KanaiTajimiNoise.from_rms(0.1, "g", frequency=15.0, damping=0.6)
         >>> round(noise.intensity, 6), round(noise.rms / 9.80665, 6)
         (0.063063, 0.1)
+        >>> KanaiTajimiNoise.from_rms(0.1, "g", frequency_hz=2.0, damping=0.6).frequency == 4.0 * math.pi
+        True
         """
         known_word(unit, get_args(RmsUnit), "unit")
         rms = finite_number(rms, "rms", low=0.0, open_low=True, hint="It is the root mean square of the noise.")
         if "intensity" in numbers:
             raise TypeError("intensity must be left out: rms takes its place.")
+        for name in [name for name in numbers if name.endswith("frequency_hz")]:
+            if (own := name.removesuffix("_hz")) in numbers:
+                raise TypeError(f"{name} must be left out where {own} is given.")
+            numbers[own] = _turned(numbers.pop(name), name)
         kind, size = cast(Any, cls), rms * (STANDARD_GRAVITY if unit == "g" else 1.0)
-        found = kind(**numbers, intensity=1.0, on=_driven(unit, on, "an rms"))
+        found = kind(**numbers, intensity=1.0, on=driven(unit, on, "an rms"))
         return cast(Self, replace(found, intensity=(size / found.rms) ** 2))
 
     def frequency_at(self, time: float, name: str) -> float:
@@ -511,6 +518,36 @@ class Harmonic(Excitation):
     frequency: Annotated[float, Number("ν", "frequency", "rad s-1", "positive", "It is in rad/s.")]
     on: On = "mass"
 
+    @classmethod
+    def from_hz(cls, amplitude: float, unit: RmsUnit, frequency_hz: float, *, on: str = "") -> Harmonic:
+        """The sine of a test specification.
+
+        Parameters
+        ----------
+        amplitude : float
+            Its largest value, not the rms: of the ground's acceleration, or of a force.
+        unit : {"g", "m/s2", "N"}
+            Of the amplitude.
+        frequency_hz : float
+            In Hz.
+        on : str
+            The mass on which the force acts, by its name, where there are several.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a number or one of the words is not what it must be.
+
+        Examples
+        --------
+        >>> Harmonic.from_hz(2.0, "m/s2", 50.0)
+        Harmonic(amplitude=2.0, frequency=314.1592653589793, on='ground')
+        """
+        known_word(unit, get_args(RmsUnit), "unit")
+        size = finite_number(amplitude, "amplitude", low=0.0, high=LARGEST, hint="It is the largest value.")
+        return cls(size * (STANDARD_GRAVITY if unit == "g" else 1.0), _turned(frequency_hz, "frequency_hz"),
+                   driven(unit, on, "a sine"))  # fmt: skip
+
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
         size = f"{self.amplitude:.6g} {unit('amplitude')}"
@@ -634,7 +671,7 @@ class SpectralExcitation(Excitation):
         f = _positive(frequency, "frequency")
         values = (psd,) * len(f) if isinstance(psd, int | float) else psd
         size = one_sided_si(_positive(values, "psd"), psd_unit, sides)
-        return cls(in_hertz(f, frequency_unit), size, scale, _driven(psd_unit, on), envelope=envelope)
+        return cls(in_hertz(f, frequency_unit), size, scale, driven(psd_unit, on), envelope=envelope)
 
     @classmethod
     def from_slopes(
@@ -842,7 +879,16 @@ def _in_gravity(acceleration: float) -> str:
     return f"{acceleration:.4g} m/s^2 ({acceleration / STANDARD_GRAVITY:.4g} g)"
 
 
-def _driven(unit: DensityUnit | RmsUnit, on: str, what: str = "a density") -> str:
+def _turned(frequency_hz: float, name: str) -> float:
+    """In rad/s."""
+    return (
+        2.0
+        * math.pi
+        * finite_number(frequency_hz, name, low=0.0, high=LARGEST, open_low=True, hint="It is a frequency in Hz.")
+    )
+
+
+def driven(unit: DensityUnit | RmsUnit, on: str, what: str = "a density") -> str:
     """What a density or an rms in a unit drives."""
     if not isinstance(on, str):
         raise TypeError(f"on must be 'ground' or the name of a mass, not {shown(on)}.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from operator import ge
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
@@ -248,7 +248,7 @@ def _times(time: Any, count: int) -> list[Any]:
 def _checked(time: Any, values: Any, which: str) -> dict[str, Points]:
     try:
         found = tabulated(time, values, "It is a point of the record.")
-        if any(later <= earlier for earlier, later in pairwise(found["time"])):
+        if any(map(ge, found["time"], found["time"][1:])):
             raise ValueError("time must increase from each point to the next.")
     except (TypeError, ValueError) as fault:
         raise type(fault)(f"{which}{fault}") from None

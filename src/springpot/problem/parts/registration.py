@@ -34,6 +34,7 @@ Count = Annotated[int, "how many equal parts"]
 GroupName = Annotated[str, "the name of parts whose forces are seen as one"]
 _UNMEASURED = (Ends, PointName, Names, Count, GroupName)
 
+_MANY = 100  # numbers of a record
 MOST_EQUAL = 1000  # parts that are counted
 _PER_MASS = {"N": (("m", 1), ("s", -2)), "J": (("m", 2), ("s", -2)), "W": (("m", 2), ("s", -3)), "kg": ()}
 _WORD = re.compile(r"([A-Za-z]+)(?:\^(-?[a-z]+)|(-?\d+))?")
@@ -453,8 +454,14 @@ class Part(Checked):
         return lambda value: value / divisor
 
 
-def _each(change: Callable[[float], float], value: Any) -> Any:
-    return tuple(_each(change, one) for one in value) if isinstance(value, tuple) else change(value)
+def _each(change: Callable[[Any], Any], value: Any) -> Any:
+    if not isinstance(value, tuple):
+        return change(value)
+    if len(value) > _MANY and {*map(type, value)} == {float} and type(change(value[0])) is float:
+        import numpy as np  # slow to import; the same bits, and ten times faster for a long record
+
+        return tuple(np.asarray(change(np.array(value))).tolist())
+    return tuple(_each(change, own) if isinstance(own, tuple) else change(own) for own in value)
 
 
 @dataclass(frozen=True, kw_only=True)
