@@ -61,8 +61,8 @@ if TYPE_CHECKING:
     __all__ = [
         "AccuracyWarning", "Basquin", "Dimensionless", "FileWarning", "MeasuredFrequencyResponse", "MeasuredImpacts",
         "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
-        "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "band_rms", "beam",
-        "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit",
+        "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "band_rms",
+        "beam", "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit",
         "fragility", "free", "ground_motion", "ground_motion_psd", "load_run", "noise_records", "nominal",
         "open_study", "read_data", "read_system", "recommended", "response_spectrum", "scatter", "sensitivity",
         "simulate", "simulate_many", "study", "sweep", "theory", "to_toml", "trust", "uncertain", "with_values",

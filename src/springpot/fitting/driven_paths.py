@@ -18,7 +18,7 @@ from springpot.machine.arguments import Free
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.parts import Barrier, Constant, RecordedExcitation
+from springpot.problem.parts import Barrier, Constant, Dashpot, Mass, RecordedExcitation, Spring
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
@@ -27,10 +27,13 @@ from springpot.simulation.paths.driven import Driven, driven_by, with_stub
 OFFSET, DELAY = "offset", "delay"
 _DRIVE = "measured"  # the name of the part that stands for the input
 _DIFFERENCE = 1e-6  # of a number, by which paths are compared
-_ABOUT_STOPS = 1e-4  # the same, on both sides, where stops make a path jump a little with the numbers
+_BESIDE_STOPS = (
+    1e-8  # the same, on both sides, where stops make a path jump a little: the smaller difference has no jump
+)
 _LATER = 1e-3  # of a sample, the same of the delay
 _FAR = 1e3  # residual of a path that grows without limit, over the spread of the record
-_COARSE = 0.2  # step at first, times the frequency
+_LED = 0.5  # damping ratio of what leads a path to the measured one
+_COARSE, _FINER = 0.2, 4  # step at first, times the frequency; parts of a default step, where walls are struck
 _FEWEST = 4.0  # samples in a period
 _PERIODS = 2.0
 
@@ -77,6 +80,11 @@ class DrivenModel:
         return len(self.data.input)
 
     @property
+    def offsets(self) -> slice:
+        """Where those of the points stand; the delay follows."""
+        return slice(self.of_model, self.of_model + (len(self.rows) if self.data.offset is None else 0))
+
+    @property
     def states(self) -> slice:
         """Where x and v at the first sample stand: of each piece, of each coordinate."""
         return slice(len(self.numbers) - (2 * self.coordinates * self.pieces if self.data.start == "free" else 0), None)
@@ -92,6 +100,28 @@ class DrivenModel:
     def interpolated(self, is_sampled: bool) -> DrivenModel:
         """The same with another input between its samples."""
         return replace(self, driven=_driven(self.whole, self.data, self.driven.every, is_sampled))
+
+    def led(self, rate: float) -> DrivenModel | None:
+        """The same with a spring and a dashpot to the measured motion, by which the path cannot leave it.
+
+        The stronger they are, the smoother is the sum of squares: with an infinite spring it is that of the equation of
+        motion.  So numbers are found from far away, and then led to those without them (homotopy: C. P. Vyasarayani,
+        T. Uchida, A. Carvalho and J. McPhee, "Parameter identification in dynamic systems using the homotopy
+        optimization approach", Multibody System Dynamics 26, 2011).  None where the displacement of a lone mass was not
+        measured.
+        """
+        system, data = self.whole, self.data
+        if self.coordinates > 1 or data.channels[0][0] != "x" or len(data.channels) > 1 or data.delay is None:
+            return None
+        mass = next((part.value for part in system.of(Mass)), 1.0)
+        mass = float(mass) if data.on != "ground" else mass  # of a free one the force is not known before
+        pull = rate**2 * data.values + 2.0 * _LED * rate * np.gradient(data.values, data.step, axis=1)
+        pull = float(mass) * pull if data.on != "ground" else -pull
+        parts = {"lead": Spring(rate**2 * mass), "brake": Dashpot(2.0 * _LED * rate * mass)}
+        whole = System(**dict(system.stated()) | parts)
+        driven = _driven(whole, data, self.driven.every, self.driven.is_sampled, data.input + pull)
+        stub = with_stub(whole, _DRIVE, data.step, [*data.input])
+        return replace(self, whole=whole, stub=stub, driven=driven)
 
     def expected(self, thetas: Sequence[Floats], samples: int) -> Floats:
         """The first samples of the record without noise, of several sets of numbers with the same delay.
@@ -116,7 +146,9 @@ class DrivenModel:
         paths = driven.paths(all_systems, starts.reshape(len(all_systems), -1))
         paths = paths.reshape(len(thetas), pieces, *paths.shape[1:])[..., :size, :]
         found = np.empty((len(thetas), len(self.data.values), samples))
-        offsets = np.array(thetas)[:, self.of_model : self.of_model + len(self.rows)]
+        offsets = np.full((len(thetas), len(self.rows)), self.data.offset or 0.0)
+        if self.data.offset is None:
+            offsets[:] = np.array(thetas)[:, self.offsets]
         for n, (of, _) in enumerate(self.data.channels):
             seen = paths[..., "xva".index(of)] @ self.rows[n]
             if of == "a" and self.data.on == "ground":
@@ -127,7 +159,7 @@ class DrivenModel:
     def _delay(self, theta: Floats) -> float:
         if self.data.delay is not None:
             return self.data.delay
-        return float(theta[self.of_model + len(self.rows)])
+        return float(theta[self.offsets.stop])
 
     def compared(self, theta: Floats, samples: int) -> tuple[Floats, Floats]:
         """What is left of the first samples, and the derivatives of what is expected.
@@ -150,17 +182,16 @@ class DrivenModel:
         middle, *others = self.expected(sets, samples)
         slopes = np.zeros((theta.size, *middle.shape))
         for k, (places, step) in enumerate(moves):
-            if self.has_stops:
-                rise = (others[2 * k] - others[2 * k + 1]) / (2.0 * step)
-            else:
-                rise = (others[k] - middle) / step
+            beside = others[2 * k : 2 * k + 2] if self.has_stops else others[k : k + 1]
+            rises = [(other - middle) / (end * step) for other, end in zip(beside, (1.0, -1.0), strict=False)]
+            rise = min(rises, key=lambda each: float(np.sum(each**2)))
             for n, place in enumerate(places):
                 own = slice(n, n + 1) if len(places) > 1 else slice(None)
                 slopes[place, own] = rise[own]
-        for n in range(len(self.rows)):
-            slopes[self.of_model + n, self.of_channel(n)] = 1.0
+        for n, place in enumerate(range(self.offsets.start, self.offsets.stop)):
+            slopes[place, self.of_channel(n)] = 1.0
         if self.data.delay is None:
-            place, later = self.of_model + len(self.rows), theta.copy()
+            place, later = self.offsets.stop, theta.copy()
             later[place] += (step := -_LATER * self.data.step if theta[place] > 0.0 else _LATER * self.data.step)
             slopes[place] = (self.expected([later], samples)[0] - middle) / step
         left = self.data.values[:, :samples] - middle
@@ -170,7 +201,7 @@ class DrivenModel:
         return left, slopes
 
     def _difference(self, place: int, value: float) -> float:
-        number, relative = self.numbers[place], _ABOUT_STOPS if self.has_stops else _DIFFERENCE
+        number, relative = self.numbers[place], _BESIDE_STOPS if self.has_stops else _DIFFERENCE
         step = relative * max(abs(value), 1e-3 * (number.high - number.low))
         return -step if value + step > number.high else step
 
@@ -188,7 +219,8 @@ def driven_model(system: System, data: MeasuredRecord) -> DrivenModel:
     >>> from springpot.problem.free_numbers import free
     >>> from springpot.problem.parts import Spring
     >>> time = 0.1 * np.arange(64)
-    >>> model = driven_model(System(Spring(free("k", 4.0, (1.0, 9.0)))), MeasuredRecord(time, np.sin(time), input=np.cos(time)))
+    >>> record = MeasuredRecord(time, np.sin(time), input=np.cos(time))
+    >>> model = driven_model(System(Spring(free("k", 4.0, (1.0, 9.0)))), record)
     >>> [number.name for number in model.numbers]
     ['k', 'offset', 'x0', 'v0']
     """
@@ -200,18 +232,18 @@ def driven_model(system: System, data: MeasuredRecord) -> DrivenModel:
             "an acceleration is not covered where a rigid wall is struck: give x or v, or a sp.Contact."
         )
     rows = [row_of(system, at) for _, at in data.channels]
-    points = system.coordinates.called
+    points = [each for each in system.coordinates.called if each]
     if data.on != "ground" and data.on not in points:
-        known = listed(
-            [repr(each) for each in ("ground", *(points if not system.coordinates.lone else ("mass",)))], "or"
-        )
+        known = listed([repr(each) for each in ("ground", *points)], "or")
         raise ValueError(f"on of the data must be {known}, not {data.on!r}.")
     parts = dict(system.stated())
     drive = RecordedExcitation((0.0, data.step), (1.0, -1.0), data.on)
     whole = System(**parts, **{_DRIVE: drive})
     driven = _driven(whole, data, None, data.interpolation != "linear")
     _check_sampling(driven, data)
-    if not system.of(Stop):  # a search refines the step as far as it matters
+    if system.of(Barrier):  # what a step does to an impact grows with every later one
+        driven = _driven(whole, data, _FINER * driven.every, driven.is_sampled)
+    elif not system.of(Stop):  # a search refines the step as far as it matters
         coarse = max(1, math.ceil(data.step * driven.plan.motion.scales.frequency / _COARSE))
         driven = driven if coarse >= driven.every else _driven(whole, data, coarse, driven.is_sampled)
     model = tuple(free_numbers(system).values())
@@ -225,10 +257,18 @@ def driven_model(system: System, data: MeasuredRecord) -> DrivenModel:
     )  # fmt: skip
 
 
-def _driven(whole: System, data: MeasuredRecord, every: int | None, is_sampled: bool) -> Driven:
+def _driven(
+    whole: System, data: MeasuredRecord, every: int | None, is_sampled: bool, inputs: Floats | None = None
+) -> Driven:
     accelerates = any(of == "a" for of, _ in data.channels)
     return driven_by(
-        whole, _DRIVE, data.step, [*data.input], every=every, is_sampled=is_sampled, accelerates=accelerates
+        whole,
+        _DRIVE,
+        data.step,
+        [*(data.input if inputs is None else inputs)],
+        every=every,
+        is_sampled=is_sampled,
+        accelerates=accelerates,
     )
 
 
@@ -249,18 +289,19 @@ def _check_sampling(driven: Driven, data: MeasuredRecord) -> None:
 
 def _of_record(system: System, data: MeasuredRecord, driven: Driven, rows: Sequence[Floats]) -> Iterator[Free]:
     """Offsets, the delay, and x and v at the first sample, with wide bounds."""
-    scales, coordinates, points = driven.plan.motion.scales, system.coordinates.names, len(data.channels)
+    scales, points = driven.plan.motion.scales, len(data.channels)
     spreads = [float(data.values[n if points > 1 else slice(None)].std()) for n in range(points)]
-    for n, spread in enumerate(spreads):
+    for n, spread in enumerate(spreads if data.offset is None else ()):
         yield Free(0.0, f"{OFFSET}_{n + 1}" if points > 1 else OFFSET, -10.0 * spread, 10.0 * spread)
     if data.delay is None:
         yield Free(0.0, DELAY, -MOST_DELAY * data.step, MOST_DELAY * data.step)
     if data.start == "rest":
         return
     seen = max((spread for (of, _), spread in zip(data.channels, spreads, strict=True) if of == "x"), default=0.0)
+    names = [called.rstrip("_") for called in system.coordinates.beginnings][: len(system.coordinates.names)]
     for piece in range(len(data.input)):
-        for n, name in enumerate(coordinates):
-            of = "_".join(([name] if len(coordinates) > 1 else []) + ([str(piece + 1)] if len(data.input) > 1 else []))
+        for n, name in enumerate(names):
+            of = "_".join(each for each in (name, str(piece + 1) if len(data.input) > 1 else "") if each)
             x, v = _begun(data, rows, piece, n)
             far = 20.0 * max(scales.length, seen, abs(x))
             fast = max(far * scales.fastest_rate, 2.0 * abs(v))

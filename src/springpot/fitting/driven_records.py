@@ -1,9 +1,9 @@
 """Records of a response whose input was measured: least squares on the simulated path (output error).
 
-The path is simulated under the measured input with the numbers of the model, and compared with the record.  What is left
-is noise of the sensor, and what the model does not have.  It is seldom white.  So an autoregressive model of it filters
-residuals and derivatives, and the fit is repeated (generalized least squares): errors of plain least squares are 2 to 4
-times too small where noise is coloured.
+The path is simulated under the measured input with the numbers of the model, and compared with the record.  What is
+left is noise of the sensor, and what the model does not have.  It is seldom white.  So an autoregressive model of it
+filters residuals and derivatives, and the fit is repeated (generalized least squares): errors of plain least squares
+are 2 to 4 times too small where noise is coloured.
 
 Where a wall or contact is struck the sum of squares has many minima, because paths separate.  So the record is fitted
 from its beginning in growing parts, each from the numbers of the one before, and as a whole, and the smaller sum of
@@ -12,12 +12,14 @@ squares is taken; from other starts too, where neither follows the record.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.fitting.driven_paths import DrivenModel, driven_model
+from springpot.fitting.driven_paths import driven_model
 from springpot.fitting.likelihood import Coordinates, LeastSquares, Table, inverse
 from springpot.fitting.motion_data import MeasuredRecord
 from springpot.fitting.noise_filter import filtered, lags_of
@@ -31,13 +33,46 @@ _PARTS = 8  # of a record, in which it may be followed or not
 # rms of what is left over the spread of the record: of a fit that needs no other start, and of none, with and without
 # stops; and of a part over that of the best part
 _FOLLOWED, _LOST_BEHIND_STOPS, _LOST, _UNEVEN = 0.03, 0.15, 0.5, 3.0
+_ROUNDS, _PLACES, _ABOUT = (
+    6,
+    120,
+    (0.5, 1.0, 2.0, 4.0),
+)  # of the search near a minimum, and how far it looks, in standard errors
+_LONGER, _WORSE = 1.6, 1.3  # of a part to the one before, and of its mean square, from which on it is followed worse
+_LEADS = 2.0, 1.0, 0.5, 0.25, 0.1  # rates of the spring that leads, over the frequency
 _GROWN = 1.05  # of the sum of squares, by which another step may have lost the path
 _STARTS, _APART = 8, 0.4  # other starts, and how far they are in the logarithm
 _MOVED = 0.2  # of a standard error: by how much half the step may move a number
-_HALVINGS = 5
+_HALVINGS = 4
 _CORNERS = 20.0  # samples in a period from which on straight lines lose less than 1 %
+_FEWEST = 32  # samples in which x and v at the first one are found
 _AT_EXTREME = 10  # samples at the largest value, from which on a record may be clipped
 _LAGS = 20
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What a fitted model makes of another input, beside what was measured.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+    measured, values : ndarray, shape (rows, n)
+        The record, and what is expected in its place.
+    error : ndarray, shape (rows, n)
+        Standard error of the expected values, by the errors of the numbers; without noise of the sensor.
+    left : float
+        Root mean square of the differences, but for ``skip`` at the beginning.
+    share : float
+        The same over the standard deviation of the record.
+    """
+
+    time: Floats
+    measured: Floats
+    values: Floats
+    error: Floats
+    left: float
+    share: float
 
 
 class NoFitError(ValueError):
@@ -119,7 +154,7 @@ class DrivenLikelihood(LeastSquares):
 
     def _left(self, theta: Floats) -> Floats:
         """The record less what is expected, as it was measured."""
-        return self.data.values[:, : self._samples] - self._model.expected([theta], self._samples)[0]
+        return np.asarray(self.data.values[:, : self._samples] - self._model.expected([theta], self._samples)[0])
 
     def constant(self) -> float:
         """What the spreads add."""
@@ -131,16 +166,19 @@ class DrivenLikelihood(LeastSquares):
         if self._settled or not moves.all():
             return super().solve(begin, moves)
         try:
-            u = self._followed(begin, moves)
+            u = self._near(self._followed(begin, moves), moves)
             u = self._interpolated(u, moves)
-            for _ in range(_HALVINGS):
+            for halving in range(_HALVINGS):
                 u = self._whitened(u, moves)
-                if self._is_fine(u):
+                if halving + 1 == _HALVINGS or self._is_fine(u):
                     break
-                before, self._model = self._squares(u), self._model.with_step(2 * self._model.driven.every)
+                before, root = self._squares(u), self._root(u)
+                self._model = self._model.with_step(2 * self._model.driven.every)
                 again = self._again(u, moves)
                 if not self._is_linear and self._squares(again) > _GROWN * before:
-                    again = min(again, self._growing(u, moves), key=self._squares)
+                    rng = np.random.default_rng([self._seed, 49])
+                    others = self._best_about(u, root, rng, moves), self._growing(u, moves)
+                    again = min(again, *others, key=self._squares)
                 u = again
         except Stopped:
             if self.least is None:
@@ -149,6 +187,7 @@ class DrivenLikelihood(LeastSquares):
             self._samples = self.data.time.size
             self.least = float(np.sum(self.residuals(theta) ** 2)), theta
             raise
+        u = self._near(u, moves)
         self._check_influence(u)
         self._settled = True
         return u
@@ -180,11 +219,13 @@ class DrivenLikelihood(LeastSquares):
             If none are found.
         """
         best = self._again(begin, moves)
-        for n, start in enumerate(() if self._is_linear else self._starts(begin)):
-            if n and self._is_followed(best):
+        for n, start in enumerate(self._starts(begin)):
+            if self._is_followed(best) or (self._is_linear and not self._is_lost(best)):
                 break
             self._tell(n / (_STARTS + 2.0))
-            best = min(best, self._growing(start, moves), key=self._squares)
+            best = min(best, self._led(start, moves), key=self._squares)
+            if not self._is_linear and not self._is_followed(best):
+                best = min(best, self._growing(start, moves), key=self._squares)
         if self._is_lost(best):
             raise NoFitError(self._how_far_off(best, moves))
         return best
@@ -202,18 +243,69 @@ class DrivenLikelihood(LeastSquares):
             away[:count] = _APART * place * sizes[:count]
             yield np.clip(begin + away, own.low, own.high)
 
-    def _growing(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
-        """From the first part of the record on, each twice as long as the one before."""
-        u, whole = begin, self.data.time.size
-        samples = round(self.data.skip / self.data.step) + max(_FIRST, 4 * begin.size)
+    def _led(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
+        """Along the measured motion, led by a spring that becomes weaker and weaker."""
+        u, plain, rate = begin, self._model, self._model.driven.plan.motion.scales.frequency
         try:
-            while samples < whole:
-                self._samples = samples
+            for share in _LEADS:
+                led = plain.led(share * rate)
+                if led is None:
+                    break
+                self._model = led
                 u = self._again(u, moves)
-                samples *= 2
+        finally:
+            self._model = plain
+        return self._again(u, moves)
+
+    def _growing(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
+        """From the first part of the record on, in longer and longer parts.
+
+        Where a longer part is followed worse, places about the numbers of the shorter one are tried: its errors say how
+        far the numbers may still be off.
+        """
+        u, whole, rng = begin, self.data.time.size, np.random.default_rng([self._seed, 48])
+        first = round(self.data.skip / self.data.step)
+        parts, length = list[int](), max(_FIRST, 4 * begin.size)
+        while first + length < whole:
+            parts.append(first + length)
+            length = math.ceil(_LONGER * length)
+        before, root = math.inf, np.zeros((0, 0))
+        try:
+            for samples in (*parts, whole):
+                self._samples = samples
+                found = self._again(u, moves)
+                if self._squares(found) / self.size > _WORSE * before:
+                    found = min(found, self._best_about(u, root, rng, moves), key=self._squares)
+                u, before, root = found, self._squares(found) / self.size, self._root(found)
         finally:
             self._samples = whole
-        return self._again(u, moves)
+        return u
+
+    def _near(self, u: Floats, moves: NDArray[np.bool_]) -> Floats:
+        """Behind stops, the least of the minima near one: from the best of many places about it, again and again."""
+        rng = np.random.default_rng([self._seed, 47])
+        for _ in range(_ROUNDS if self.system.of(Stop) else 0):
+            before = self._squares(u)
+            best = self._best_about(u, self._root(u), rng, moves)
+            if not self._squares(best) < before * (1.0 - 1.0 / self.size):
+                return u
+            u = best
+        return u
+
+    def _root(self, u: Floats) -> Floats:
+        """Of the covariance of the coordinates, a triangle."""
+        residual, slopes = self._evaluated(self._outer(u))
+        own = slopes * self.coordinates.slope(self._outer(u))
+        return np.asarray(np.linalg.cholesky(inverse(own.T @ own) * float(residual @ residual) / residual.size))
+
+    def _best_about(self, u: Floats, root: Floats, rng: np.random.Generator, moves: NDArray[np.bool_]) -> Floats:
+        """Least squares from the best of many places about one, which run together."""
+        own, away = self.coordinates, rng.standard_normal((_PLACES, u.size)) * np.resize(_ABOUT, _PLACES)[:, None]
+        places = [np.clip(u + root @ z, own.low, own.high) for z in away]
+        paths = self._model.expected([self._outer(place) for place in places], self._samples)
+        rows = self.data.values[:, : self._samples]
+        squares = [sum(float(np.sum(part**2)) for part in self._compared(rows - each)) for each in paths]
+        return self._again(places[int(np.argmin(np.nan_to_num(squares, nan=np.inf)))], moves)
 
     def _squares(self, u: Floats) -> float:
         return float(np.sum(self.residuals(self._outer(u)) ** 2))
@@ -249,7 +341,8 @@ class DrivenLikelihood(LeastSquares):
         parts = [float(np.sqrt(np.mean(part**2))) for part in np.array_split(left[0], _PARTS, axis=1)]
         if parts[0] < 0.2 * max(parts):
             place = next(n for n, part in enumerate(parts) if part > 0.5 * max(parts))
-            return f"{said}, from about {self.data.time[place * self._samples // _PARTS]:.3g} s on. Give starts that are nearer."
+            since = self.data.time[place * self._samples // _PARTS]
+            return f"{said}, from about {since:.3g} s on. Give starts that are nearer."
         gain = self._gain(u, moves)
         if gain is not None:
             what = "the sign of the input" if gain < 0.0 else "the units of the input and of the response"
@@ -270,12 +363,13 @@ class DrivenLikelihood(LeastSquares):
             gain = float(np.sum(seen * wanted) / max(float(np.sum(seen * seen)), 1e-300))
             return (wanted - gain * seen).ravel() / values.std(), gain
 
+        def misfit(part: Floats) -> Floats:
+            return scaled(part)[0]
+
         low, high = own.low, own.high
         for begin in (own.start, u):
             inside = np.clip(begin, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
-            found = least_squares(
-                lambda part: scaled(part)[0], inside, bounds=(low, high), x_scale="jac", max_nfev=20, diff_step=1e-5
-            )
+            found = least_squares(misfit, inside, bounds=(low, high), x_scale="jac", max_nfev=20, diff_step=[1e-5])
             left, gain = scaled(found.x)
             if np.sqrt(np.mean(left**2)) < 0.5 * _LOST:
                 return gain
@@ -309,9 +403,7 @@ class DrivenLikelihood(LeastSquares):
         moved = np.abs(self.sensitivity(self._outer(u))).max(axis=0)[: self._model.of_model]
         if idle := [name for name, move in zip(self.coordinates.names, moved.tolist(), strict=False) if move == 0.0]:
             never = ": the path never reaches what they belong to" if self.system.of(Stop) else ""
-            raise ValueError(
-                f"{listed(idle)} must not be free: this record does not depend on {'it' if len(idle) == 1 else 'them'}{never}."
-            )
+            raise ValueError(f"{listed(idle)} must not be free: this record depends on none of this{never}.")
 
     def _tell(self, share: float) -> None:
         if self._told is not None:
@@ -319,15 +411,15 @@ class DrivenLikelihood(LeastSquares):
 
     def extras(self, theta: Floats) -> dict[str, float]:
         """The standard deviation of what is left of each point, and how many samples its noise remembers."""
-        found, several = dict[str, float](), len(self._channels) > 1
+        found, together = dict[str, float](), len(self._channels) > 1
         left = self._left(theta)[:, round(self.data.skip / self.data.step) :]
         for n, (channel, lags) in enumerate(zip(self._channels, self._filters, strict=True), start=1):
-            own = f"_{n}" * several
+            own = f"_{n}" * together
             found |= {f"left{own}": float(np.sqrt(np.mean(left[channel] ** 2))), f"noise_lags{own}": float(lags.size)}
         return found
 
     def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
-        """Whether what is left is noise: white behind its filter, without any relation to the motion, and of its size."""
+        """Whether what is left is noise: without any relation to the motion or the input, and of the stated size."""
         from scipy import stats
 
         found = dict[str, tuple[float, str]]()
@@ -341,7 +433,8 @@ class DrivenLikelihood(LeastSquares):
         rank = int((np.abs(np.diag(r)) > 1e-6).sum())
         score = float(np.sum((q[:, :rank].T @ residual) ** 2)) / variance
         found["what is left against the motion (score test)"] = (
-            float(stats.chi2.sf(score, max(rank, 1))), "what is left depends on the motion or the input: the model lacks something",
+            float(stats.chi2.sf(score, max(rank, 1))),
+            "what is left depends on the motion or the input: the model lacks something",
         )  # fmt: skip
         if self.data.noise is not None:
             raw = np.concatenate(
@@ -357,7 +450,7 @@ class DrivenLikelihood(LeastSquares):
         return found
 
     def _beyond(self, theta: Floats) -> Floats:
-        """What a better model might have: powers and products of the motion, and the input of samples before and after."""
+        """What a better model might have: powers and products of the motion, and the input earlier and later."""
         expected = self._model.expected([theta], self._samples)[0]
         columns = list[Floats]()
         for n, channel in enumerate(self._channels):
@@ -402,6 +495,46 @@ class DrivenLikelihood(LeastSquares):
             expected.ravel(), left / max(float(np.sqrt(np.mean(left**2))), 1e-300),
         )  # fmt: skip
 
+    def predicted(self, theta: Floats, covariance: Floats, data: MeasuredRecord) -> Prediction:
+        """Another record of the same device: as `springpot.fitting.result.Fit.predict` says.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no record of the same points with its input.
+        """
+        if not isinstance(data, MeasuredRecord) or not data.has_input or data.channels != self.data.channels:
+            raise TypeError("record must be a MeasuredRecord of the same points, with its input.")
+        for name in ("delay", "offset"):
+            if (getattr(data, name) is None) != (getattr(self.data, name) is None):
+                raise ValueError(f"{name} of the record must be found, or stated, as in the record that was fitted.")
+        own = self._like(data)
+        shared = self._model.offsets.stop + (self.data.delay is None)
+        whole = np.array([float(number) for number in own.coordinates.free])
+        whole[:shared] = theta[:shared]
+        if data.start == "free":
+            seen = max(round(data.skip / data.step), _FEWEST) if data.skip > 0.0 else data.time.size
+            part = replace(
+                data, time=data.time[:seen], values=data.values[:, :seen], input=data.input[:, :seen], skip=0.0
+            )
+            beginning = self._like(part)
+            moves = np.arange(whole.size) >= shared
+            whole = beginning._outer(LeastSquares.solve(beginning, beginning.coordinates.inner(whole), moves))
+        left, slopes = own._model.compared(whole, data.time.size)
+        inner = np.nan_to_num(covariance[:shared, :shared])
+        error = np.sqrt(np.einsum("irn,ij,jrn->rn", slopes[:shared], inner, slopes[:shared]))
+        compared = left[:, round(data.skip / data.step) :]
+        size = float(np.sqrt(np.mean(compared**2)))
+        return Prediction(data.time, data.values, data.values - left, error, size, size / float(data.values.std()))
+
+    def _like(self, data: MeasuredRecord) -> DrivenLikelihood:
+        """Of another record, with the step and the interpolation that were found."""
+        found = DrivenLikelihood(self.system, data)
+        found._model = found._model.with_step(self._model.driven.every)
+        if data.interpolation is None:
+            found._model = found._model.interpolated(self._model.driven.is_sampled)
+        return found
+
 
 def _pivoted(columns: Floats) -> tuple[Floats, Floats, Floats]:
     from scipy import linalg
@@ -423,7 +556,7 @@ def clipped(rows: Floats) -> int:
         at = (rows == extreme).astype(int)
         run = np.zeros_like(at)
         run[:, 2:] = at[:, 2:] * at[:, 1:-1] * at[:, :-2]
-        for back in range(2):
-            run[:, : run.shape[1] - 1] |= run[:, 1:]
+        for _ in range(2):
+            run[:, :-1] |= run[:, 1:]
         count += int(run.sum())
     return count

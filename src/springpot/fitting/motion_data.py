@@ -35,7 +35,14 @@ _LONGEST_SEGMENT = 2**20
 _OF_NOISE = "It is of the measurement; None finds it."
 MOST_DELAY = 20  # samples
 MOST_PIECES = 32
-_OF_AN_INPUT: dict[str, object] = {"on": "mass", "interpolation": None, "start": "free", "skip": 0.0, "delay": 0.0}
+_OF_AN_INPUT: dict[str, object] = {
+    "on": "mass",
+    "interpolation": None,
+    "start": "free",
+    "skip": 0.0,
+    "delay": 0.0,
+    "offset": None,
+}
 _OF = {"x": "the displacement", "v": "the velocity", "a": "the acceleration"}
 
 
@@ -162,6 +169,9 @@ class MeasuredRecord(Measured):
         In s: as much of the beginning is not compared.
     delay : float or None
         In s, by which the response is recorded later than the input.  None: it is found with the rest.
+    offset : float or None
+        What the sensor shows at x = 0 (or v, or a), in the unit of ``values``.  None: it is found with the rest; give 0
+        where the model has a constant force and a spring with even powers, which do the same.
 
     Raises
     ------
@@ -195,6 +205,7 @@ class MeasuredRecord(Measured):
     start: Start = "free"
     skip: float = 0.0
     delay: float | None = 0.0
+    offset: float | None = None
 
     def __post_init__(self) -> None:
         time = column(self.time, "time")
@@ -243,6 +254,7 @@ class MeasuredRecord(Measured):
         hint = "It is the part of the beginning that is not compared, in s."
         check_number(self, "skip", low=0.0, high=0.5 * duration, hint=hint)
         reach = MOST_DELAY * self.step
+        check_number(self, "offset", low=-LARGEST, high=LARGEST, hint="None finds it.")
         check_number(self, "delay", low=-reach, high=reach, hint="It is in s; None finds it.")
 
     def in_pieces(self, count: int) -> MeasuredRecord:
@@ -285,10 +297,24 @@ class MeasuredRecord(Measured):
         return self.input is not None
 
     @property
+    def channel(self) -> tuple[Of, str | None]:
+        """What was measured and where, of one point.
+
+        Raises
+        ------
+        ValueError
+            If several were measured together.
+        """
+        if len(self.channels) > 1:
+            raise ValueError("record must be of one point.")
+        return self.channels[0]
+
+    @property
     def channels(self) -> tuple[tuple[Of, str | None], ...]:
         """What was measured and where, of each point that was measured together with others."""
         size = max((len(own) for own in (self.of, self.at) if isinstance(own, tuple)), default=1)
-        of, at = ((own,) * size if not isinstance(own, tuple) else own for own in (self.of, self.at))
+        of = self.of if isinstance(self.of, tuple) else (self.of,) * size
+        at = self.at if isinstance(self.at, tuple) else (self.at,) * size
         if len(of) != len(at):
             raise ValueError(f"of and at must be of as many points, not {len(of)} and {len(at)}.")
         return tuple(zip(of, at, strict=True))
@@ -347,7 +373,7 @@ class MeasuredRecord(Measured):
         length = max(samples // 8, 16) if segment is None else segment
         if isinstance(length, bool) or not isinstance(length, int) or not 16 <= length <= samples:
             raise ValueError(f"segment must be a whole number from 16 to the record's {samples}, not {shown(length)}.")
-        shape = window_samples(window, length)
+        (of, at), shape = self.channel, window_samples(window, length)
         hop = length // 2 if window == "hann" else length
         welch: Any = signal.welch  # its stubs do not know windows as arrays
         frequency, density = welch(
@@ -355,8 +381,8 @@ class MeasuredRecord(Measured):
         )
         kept = slice(1, -1 if length % 2 == 0 else None)
         return MeasuredSpectrum(
-            frequency[kept], density.mean(axis=0)[kept], self.paths * _independent(shape, hop, samples), self.of,
-            None if self.noise is None else 2.0 * self.step * self.noise**2, 1.0 / self.step, window, length, self.at,
+            frequency[kept], density.mean(axis=0)[kept], self.paths * _independent(shape, hop, samples), of,
+            None if self.noise is None else 2.0 * self.step * self.noise**2, 1.0 / self.step, window, length, at,
         )  # fmt: skip
 
 

@@ -33,7 +33,7 @@ def lags_of(rows: Floats) -> Floats:
     >>> for n in range(1, 2000):
     ...     red[0, n] += 0.9 * red[0, n - 1]
     >>> lags_of(red).round(2).tolist()
-    [0.89]
+    [0.9]
     """
     centred = rows - rows.mean()
     most = min(MOST_LAGS, rows.shape[1] // 4)

@@ -61,7 +61,8 @@ class RecordLikelihood(Likelihood):
             check_name(free)
             spread = float(data.values.std())
             free = (*free, Free(0.05 * spread, NOISE, max(rounding_of(data.values), _LEAST_NOISE * spread), spread))
-        response(system, data.of, at=data.at, sampled=True)  # what a record cannot be of is an error before any work
+        of, at = data.channel
+        response(system, of, at=at, sampled=True)  # what a record cannot be of is an error before any work
         _check_length(system, data)
         self._filtered(np.array([float(number) for number in free]), free)
         without_leakage = replace(data.spectrum(), window=None, segment=None)  # as good for a start, and quicker
@@ -82,7 +83,8 @@ class RecordLikelihood(Likelihood):
         """-2 ln L, the innovations in standard deviations, and these."""
         named = dict(zip([number.name for number in free], map(float, theta), strict=True))
         noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
-        space = state_space(restarted(self.system, named), self.data.of, self.data.step, self._duration, self.data.at)
+        of, at = self.data.channel
+        space = state_space(restarted(self.system, named), of, self.data.step, self._duration, at)
         return innovations_of(space.sampled(self.data.step), noise, self.data.values)
 
     def deviance(self, theta: Floats) -> float:

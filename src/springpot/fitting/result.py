@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from springpot.fitting.likelihood import Likelihood, Table
 from springpot.machine.arguments import Free, Uncertain, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
-from springpot.machine.faults import known_word, listed, name_results, shown
+from springpot.machine.faults import NotCoveredError, known_word, listed, name_results, shown
 from springpot.machine.plain import plain
 from springpot.problem.numbers import numbers_of
 from springpot.problem.system import system_of
@@ -21,6 +21,8 @@ from springpot.problem.uncertain import uncertain
 
 if TYPE_CHECKING:
     import xarray
+
+    from springpot.fitting.driven_records import Prediction
 
 _DOUBTFUL = 0.01
 _LARGEST_OF_ORDER = 0.1  # standard error
@@ -332,6 +334,51 @@ class Fit:
             float(own.outer(np.where(np.arange(best.u.size) == place, each, best.u))[place]) for each in (*u, *ends)
         ]
         return Profile(name, np.array(values[:-2]), np.maximum(rise, 0.0), (values[-2], values[-1]), level)
+
+    def predict(self, record: Any) -> Prediction:
+        """What the model with the found numbers makes of another record of the same device, with its measured input.
+
+        x and v at its first sample are found from its first ``skip`` seconds, or from all of it if ``skip`` is 0; all
+        other numbers are those of the fit.
+
+        Parameters
+        ----------
+        record : MeasuredRecord
+            Of the same points, with its input.
+
+        Returns
+        -------
+        Prediction
+            With the error that the errors of the numbers bring, and what is left of the record.
+
+        Raises
+        ------
+        NotCoveredError
+            If the fit is not of a record with its measured input.
+        TypeError, ValueError
+            If the record is another one.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import springpot as sp
+        >>> rng, time = np.random.default_rng(1), 0.1 * np.arange(400)
+        >>> def shaken(force):
+        ...     drive = sp.RecordedExcitation(time, force, "mass")
+        ...     return sp.simulate(sp.System(sp.Spring(4.0), sp.Dashpot(0.4), drive), paths=1, record=1, duration=39.9,
+        ...                        step=0.1, start="rest", threads=1).record[0, :, 0]
+        >>> forces = rng.standard_normal((2, 400))
+        >>> first, second = (sp.MeasuredRecord(time, shaken(f) + 0.01 * rng.standard_normal(400), input=f, start="rest",
+        ...                                    interpolation="linear") for f in forces)
+        >>> model = sp.System(sp.Spring(sp.free("k", 3.0, (1.0, 9.0))), sp.Dashpot(sp.free("c", 0.3, (0.1, 1.0))))
+        >>> fit = sp.fit(model, first)
+        >>> fit.predict(second).share < 0.1
+        True
+        """
+        predicted = getattr(self._likelihood, "predicted", None)
+        if predicted is None:
+            raise NotCoveredError("a prediction is of a record with its measured input, and this fit is of other data.")
+        return cast("Prediction", predicted(self._theta, self.covariance, record))
 
     def check(self) -> Check:
         """Tests of the fit: the size and the order of the residuals, as far as the data allow them.

@@ -234,9 +234,9 @@ def by_lane(one: Tables, numbers: Floats, sweeps: npt.NDArray[np.floating], whic
 
 
 def with_common_records(tables: Tables, records: int, impulses: Floats) -> Tables:
-    """Tables by lane of one block whose only source is a record, with the impulses of so many: of one lane after another.
+    """Tables by lane of one block whose only source is a record: so many, of one lane after another.
 
-    They stand once, not once for each lane.
+    Their impulses stand once, not once for each lane.
     """
     integers = tables.integers.copy()
     source = integers[_WHERE["source"]]

@@ -32,7 +32,7 @@ from springpot.simulation.lowering.parts import denser, impulses_of
 from springpot.simulation.paths.simulation import addresses_of
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of, near_motion_of
-from springpot.simulation.plan.plan import Plan, plan_of
+from springpot.simulation.plan.plan import COARSEST, Plan, plan_of
 from springpot.simulation.plan.schemes import scheme_of
 
 _WIDE = 0.15  # on either side of an order: those that have the same rates of memory
@@ -168,7 +168,7 @@ class Driven:
     def _dense(self) -> list[Floats]:
         """Points of the inputs, between which lines are straight."""
         if "dense" not in self._points:
-            times = self.step * np.arange(len(self.inputs[0]))
+            times: Floats = self.step * np.arange(len(self.inputs[0]), dtype=np.float64)
             rows = [denser(times, own, self.plan.settings.step)[1] if self.is_sampled else own for own in self.inputs]
             self._points["dense"] = rows
         return self._points["dense"]
@@ -176,8 +176,10 @@ class Driven:
     @cached_property
     def _impulses(self) -> Floats:
         """Of all inputs, one after another, in the units of the kernel."""
-        units, end = units_of(self.plan)[0], self.step * (len(self.inputs[0]) - 1)
+        (units, mass), end = units_of(self.plan), self.step * (len(self.inputs[0]) - 1)
         step, steps, size = self.plan.settings.step / units.time, self.plan.settings.steps, units.time**2 / units.length
+        (record,) = self.plan.system.of(RecordedExcitation)
+        size = size if record.of_ground else size / mass
         rows = [
             impulses_of(np.linspace(0.0, end / units.time, own.size), size * own, step, steps, self.delay / units.time)
             for own in self._dense
@@ -192,7 +194,7 @@ class Driven:
                 groups[-1].append(order)
             else:
                 groups.append([order])
-        wide = [own for own in groups if len(own) > 1 and 0.0 < own[0] and own[-1] < 1.0]
+        wide = [own for own in groups if len(own) > 1 and own[0] > 0.0 and own[-1] < 1.0]
         sums = {order: self._rates_of(own[0], own[-1])(order) for own in wide for order in own}
         return lambda order: sums.get(order) or alone(order)
 
@@ -235,7 +237,7 @@ def driven_by(
 
     Examples
     --------
-    >>> from springpot.problem.parts import Spring
+    >>> from springpot.problem.parts import RecordedExcitation, Spring
     >>> system = System(Spring(4.0), shaker=RecordedExcitation((0.0, 1.0), (0.0, 0.0), "mass"))
     >>> driven = driven_by(system, "shaker", 0.1, [np.sin(0.5 * np.arange(50))])
     >>> path = driven.paths([system], np.zeros((1, 2)))
@@ -243,7 +245,9 @@ def driven_by(
     ((1, 50, 1, 2), 2)
     """
     stub = with_stub(system, source, step, inputs)
-    count = every or max(1, math.ceil(step / motion_of(stub).default_step(scheme_of("default")) - 1e-9))
+    motion = motion_of(stub)
+    count = every or math.ceil(step / motion.default_step(scheme_of("default")) - 1e-9)
+    count = max(count, math.ceil(step * motion.scales.fastest_rate / COARSEST), 1)
     steps = (len(inputs[0]) - 1) * count + accelerates
     plan = plan_of(
         stub, duration=step / count * steps, step=step / count, paths=1, record=1,
