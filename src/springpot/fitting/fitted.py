@@ -25,7 +25,8 @@ from springpot.machine.arguments import check_called
 from springpot.machine.faults import Stopped, listed, shown
 from springpot.problem.free_numbers import check_certain, free_numbers, with_values
 from springpot.problem.parts.registration import kind_of
-from springpot.problem.system import check_single, checked_system, system_of
+from springpot.problem.parts import PolynomialSpring
+from springpot.problem.system import System, check_single, checked_system, system_of
 
 if TYPE_CHECKING:
     from springpot.simulation.paths.simulation import Progress
@@ -251,9 +252,18 @@ def _likelihood(model: Any, data: Any, how: How) -> Likelihood:
 
             return DrivenLikelihood(system, data, how.seed, how.stop, how.progress)
         case _:
+            if is_nonlinear(system):
+                from springpot.fitting.nonlinear_records import NonlinearRecordLikelihood
+
+                return NonlinearRecordLikelihood(system, data, how.stop)
             from springpot.fitting.records import RecordLikelihood  # brings Numba
 
             return RecordLikelihood(system, data, how.seed, how.stop)
+
+
+def is_nonlinear(system: System) -> bool:
+    """Whether a system has walls, contacts or nonlinear springs."""
+    return bool(system.stops) or any(not part.is_linear for part in system.of(PolynomialSpring))
 
 
 def _criteria(likelihood: Likelihood, deviance: float) -> tuple[float, float]:
