@@ -122,11 +122,14 @@ def filtered(values, step, substeps, seen, noise, start, restart, flow, marks, l
     for k in range(paths):
         mean[:] = 0.0
         cov = start.copy()
+        unknown = 0.0
         since, folded, grazed, run = np.inf, 0.0, -1, 0
         for n in range(samples):
             struck = 0
             if n > 0:
-                if not learn:
+                if learn and grazed >= 0:
+                    marks.widened[k, n] = max(unknown - cov[1, 1], 0.0)
+                if not learn or grazed >= 0:
                     cov[1, 1] += marks.widened[k, n]
                 kept_mean[:] = mean
                 kept[:] = cov
@@ -142,7 +145,8 @@ def filtered(values, step, substeps, seen, noise, start, restart, flow, marks, l
                     since += step
                 impacts += struck
                 if learn:
-                    marks.widened[k, n] = 0.0
+                    if grazed < 0:
+                        marks.widened[k, n] = 0.0
                     reach = _NEAR * np.sqrt(cov[0, 0])
                     if on and struck == 0 and grazing < 0:
                         for w in range(flow.walls.shape[0]):  # it turned so near that it may have struck
@@ -154,8 +158,9 @@ def filtered(values, step, substeps, seen, noise, start, restart, flow, marks, l
                         grazed = grazing
                         mean[:] = kept_mean
                         cov[:] = kept
-                        marks.widened[k, n] = _GRAZING**2 * cov[1, 1]
-                        cov[1, 1] += marks.widened[k, n]
+                        unknown = _GRAZING**2 * cov[1, 1]
+                        cov[1, 1] += unknown
+                        marks.widened[k, n] = unknown
                         _moved(
                             flow, series, fine, fine_random, step / substeps, substeps, False, learn, nonlinear, mean,
                             cov, room, since, folded,
@@ -223,7 +228,7 @@ def filtered(values, step, substeps, seen, noise, start, restart, flow, marks, l
                     mean[i] += gain[i] * error / variance
                     for j in range(size):
                         cov[i, j] -= gain[i] * gain[j] / variance
-                if kind == RESTART and seen != 1:
+                if kind == RESTART and seen == 0:
                     mean[1] = 0.0
                     cov[1, :] = 0.0
                     cov[:, 1] = 0.0

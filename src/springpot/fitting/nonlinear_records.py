@@ -42,7 +42,8 @@ _FLOW_STEP, _KICK_STEP = 2.0, 0.25  # of a substep, over 1 / the largest rate, a
 _FASTER = 1.5  # than the start are the numbers for which substeps are small enough
 _NODES, _SHARES = np.polynomial.hermite_e.hermegauss(16)
 _SHARES = _SHARES / _SHARES.sum()
-_ROUNDS = 2  # of a search, each with its own marks
+_POSITIONS = 60  # of a wall, from the best of which a search starts where x was not measured
+_ROUNDS = 4  # of a search, each with its own marks
 _STEPS, _GAIN = 40, 1e-3  # of a search at most, and the log-likelihood to be gained where it ends
 _SLOPE = 1e-4  # step of differences: of a logarithm, or of a number over its size
 _DAMPED, _MOST_DAMPED = 1e-3, 1e8
@@ -72,14 +73,16 @@ class NonlinearRecordLikelihood(Likelihood):
         self._values = np.ascontiguousarray(data.values)
         self._seen = "xva".index(data.of)
         free = with_noise((*free_numbers(system).values(),), data)
-        if data.of == "x":
-            free = _from_lowest(system, free, data.values)
-        self.coordinates = Coordinates(free)
         duration = data.step * (data.time.size - 1)
         fastest = _FASTEST * (_FINER if data.of == "a" else 1) / data.step
         count = math.ceil(math.log(fastest * duration / _SLOWEST) / _SPACING) + 1
         self._rates = _SLOWEST / duration * np.exp(_SPACING * np.arange(count))
+        if data.of == "x":
+            free = _from_lowest(system, free, data.values)
+        self.coordinates = Coordinates(free)
         self._frozen = False
+        if data.of != "x":
+            self.coordinates = Coordinates(self._with_best_positions())
         self._mark(self.coordinates.outer(self.coordinates.start))
 
     def flow(self, theta: Floats) -> tuple[Flow, float]:
@@ -87,6 +90,21 @@ class NonlinearRecordLikelihood(Likelihood):
         named = self.coordinates.named(theta)
         noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
         return flow_of(restarted(self.system, named), self._rates), noise
+
+    def _with_best_positions(self) -> tuple[Free, ...]:
+        """Free positions of walls start where the other numbers, as they are, agree best with the samples used."""
+        free = self.coordinates.free
+        theta = np.array([float(number) for number in free])
+        for name in (wall.position.name for wall in self.system.of(Barrier) if isinstance(wall.position, Free)):
+            place = self.coordinates.names.index(name)
+            found = []
+            for at in np.linspace(free[place].low, free[place].high, _POSITIONS):
+                theta[place] = at
+                self._mark(theta)
+                terms, used = self._run(theta)[0], self._marks.kinds == USED
+                found.append((float(terms[used].mean()) if 2 * used.sum() > used.size else -math.inf, float(at)))
+            theta[place] = max(found)[1]
+        return moved(free, theta)
 
     def _mark(self, theta: Floats) -> None:
         """Decide at these numbers which samples are left out, and how long the substeps are."""
