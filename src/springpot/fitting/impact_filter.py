@@ -1,8 +1,8 @@
 """A Kalman filter for the samples of one mass that strikes rigid walls or has nonlinear springs and soft contacts.
 
-The state is s = (x, v, z_1, ..., z_n), with x' = v, v' = -K x - c v - sum w_j z_j + nonlinear forces + white noise and
-z_j' = -s_j z_j + v.  Between impacts the flow is linear and exact: s(t) = Phi(t) s(0), Phi = exp(A t) by its series, and
-the noise adds Q(t) = q integral b b' with b = Phi e_v, by Gauss's rule.
+The state is s = (x, v, z_1, ..., z_n), with x' = v, v' = -K x - c v - sum w_j z_j + nonlinear forces + white noise
+and z_j' = -s_j z_j + v.  Between impacts the flow is linear and exact: Phi = exp(A t) by its series, and the noise
+adds Q(t), q times the integral of b b' with b = Phi e_v, by Gauss's rule.
 
 **Impact.**  Paths near the mean strike at their own times.  To first order in their deviation d, the impact at
 t + dt, dt = -d_x / v-, brings d to R d + (f+ - R f-) d_x / v-, with R = diag(1, -r, 1, ...) and the drifts f-, f+
@@ -13,9 +13,10 @@ X_vx = -(1 + r) (K x + sum w_j z_j) / v-; dashpots cancel, because -c v+ - r c v
 the present Gaussian law of x at the three points of Gauss and Hermite, which is exact for a cubic mean.
 
 **Samples near a wall** are folded by it: where the sample is closer to an impact than its uncertainty it is left out.
-Where the impact may as well not have happened (grazing), the wall is switched off, the velocity is made uncertain, and the
-filter starts again from the first sample that is clear of the wall.  These decisions see nothing but samples before
-that were used.  They are made in one pass, ``learn``, and are fixed numbers in all others: the likelihood would jump.
+Where the impact may as well not have happened (grazing), the wall is switched off, the velocity is unknown, and the
+filter starts again from the first sample that is clear of the wall.  The decision to leave a sample out sees nothing
+but samples before it that were used: windows made afterwards bias the place of the wall.  All decisions are made in
+one pass, ``learn``, and are fixed in all others, where they would make the likelihood jump.
 """
 
 from __future__ import annotations
@@ -156,6 +157,10 @@ def filtered(values, step, substeps, seen, noise, start, restart, flow, marks, l
                                 grazing = w
                     if grazing >= 0:
                         grazed = grazing
+                        j = n - 1  # the approach to it has no impact
+                        while j > 0 and marks.kinds[k, j] == LEFT_OUT and (n - j) * step <= since:
+                            marks.walls[k, j] = False
+                            j -= 1
                         mean[:] = kept_mean
                         cov[:] = kept
                         unknown = _GRAZING**2 * cov[1, 1]
@@ -223,7 +228,7 @@ def filtered(values, step, substeps, seen, noise, start, restart, flow, marks, l
                     terms[k, n] = -np.inf
                     return impacts
                 terms[k, n] = -0.5 * (np.log(2.0 * np.pi * variance) + error * error / variance)
-            if kind == USED or kind == RESTART:
+            if kind in (USED, RESTART):
                 for i in range(size):
                     mean[i] += gain[i] * error / variance
                     for j in range(size):
@@ -250,7 +255,10 @@ def _meets(flow, fine, h, substeps, mean):  # type: ignore[no-untyped-def]
 
 @njit(**_COMPILED)
 def _moved(flow, series, fine, random, h, substeps, on, learn, nonlinear, mean, cov, room, since, folded):  # type: ignore[no-untyped-def]
-    """The state after a step; a wall that may not have been struck, impacts, the time since the last and how long it folds."""
+    """Move the state by a step.
+
+    Returns a wall that may not have been struck, or -1; impacts; the time since the last, and how long it folds.
+    """
     size, struck = mean.size, 0
     powers = np.empty((_TERMS + 1, size))
     part, part_random = np.empty((size, size)), np.empty((size, size))
@@ -378,7 +386,7 @@ def _crossing(flow, mean, left, powers):  # type: ignore[no-untyped-def]
             pulled += flow.weights[i - 2] * powers[k - 1, i]
             powers[k, i] = (powers[k - 1, 1] - flow.rates[i - 2] * powers[k - 1, i]) / k
         powers[k, 1] = -pulled / k
-    last_x, last_v = _place(powers, left)
+    last_v = _place(powers, left)[1]
     which, first = -1, left
     for w in range(flow.walls.shape[0]):
         at, side = flow.walls[w, 0], flow.walls[w, 1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -182,6 +183,12 @@ class Likelihood(ABC):
     def constant(self) -> float:
         """What completes -2 ln L, of the data alone."""
         return 0.0
+
+    def whole(self, deviance: float) -> float:
+        """-2 ln L with its constant; where the scatter is not known, of the one that agrees best."""
+        n = self.size
+        own = deviance if self.known else n * math.log(max(deviance, 1e-300) / n) + n
+        return own + self.constant()
 
     def extras(self, theta: Floats) -> dict[str, float]:
         """Numbers that belong to the fit and are not free."""

@@ -43,7 +43,7 @@ _FASTER = 1.5  # than the start are the numbers for which substeps are small eno
 _NODES, _SHARES = np.polynomial.hermite_e.hermegauss(16)
 _SHARES = _SHARES / _SHARES.sum()
 _POSITIONS = 60  # of a wall, from the best of which a search starts where x was not measured
-_ROUNDS = 4  # of a search, each with its own marks
+_ROUNDS, _MORE_ROUNDS = 2, 4  # of a search, each with its own marks; more where x was not measured
 _STEPS, _GAIN = 40, 1e-3  # of a search at most, and the log-likelihood to be gained where it ends
 _SLOPE = 1e-4  # step of differences: of a logarithm, or of a number over its size
 _DAMPED, _MOST_DAMPED = 1e-3, 1e8
@@ -148,7 +148,7 @@ class NonlinearRecordLikelihood(Likelihood):
         u = np.clip(begin, self.coordinates.low, self.coordinates.high)
         if not moves.any():
             return u
-        for _ in range(1 if self._frozen else _ROUNDS):
+        for _ in range(1 if self._frozen else _ROUNDS if self._seen == 0 else _MORE_ROUNDS):
             if not self._frozen:
                 self._mark(self.coordinates.outer(u))
             u = self._climbed(u, moves)
@@ -195,7 +195,8 @@ class NonlinearRecordLikelihood(Likelihood):
         with ThreadPoolExecutor(_THREADS) as pool:
             found = [*pool.map(lambda each: self._run(own.outer(each))[0].ravel(), ends)]
         steps = np.diag(ends[0::2] - ends[1::2])
-        return np.asarray((np.array(found[0::2]) - np.array(found[1::2])).T / steps)
+        scores = (np.array(found[0::2]) - np.array(found[1::2])).T / steps
+        return np.where(np.isfinite(scores), scores, 0.0)  # a place without a likelihood leads nowhere
 
     def covariance(self, theta: Floats, moves: NDArray[np.bool_]) -> Floats:
         """The inverse of the sum of the products of the scores."""
@@ -206,7 +207,9 @@ class NonlinearRecordLikelihood(Likelihood):
         """Whether the innovations are independent and Gaussian."""
         _, expected, spread, _ = self._run(theta)
         innovations = np.where(self._marks.kinds == USED, (self._values - expected) / spread, 0.0)
-        return checks_of(innovations, moving, "the motion has another law: a wall or nonlinear part that the model lacks")
+        return checks_of(
+            innovations, moving, "the motion has another law: a wall or nonlinear part that the model lacks"
+        )
 
     def table(self, theta: Floats) -> Table:
         """Samples that were used, and what was expected from those before."""
@@ -235,7 +238,7 @@ def flow_of(system: System, rates: Floats) -> Flow:
 
     Notes
     -----
-    t^-a / Gamma(1 - a) = sin(pi a) / pi times the integral of s^(a-1) exp(-s t) over the rates s.  In the logarithm of s
+    t^-a / Gamma(1 - a) is sin(pi a) / pi times the integral of s^(a-1) exp(-s t) over the rates s.  In its logarithm
     the trapezoidal rule has the weights sin(pi a) / pi s_j^a D.  Half a spacing beyond the rates the faster ones act as
     a dashpot, sin(pi a) / pi s^(a-1) / (1-a), the slower ones as a spring, sin(pi a) / pi s^a / a.
 
@@ -325,15 +328,17 @@ def equivalent_stiffness(flow: Flow, spread: float) -> float:
 def _from_lowest(system: System, free: tuple[Free, ...], values: Floats) -> tuple[Free, ...]:
     """Free positions of walls start beside the samples that are farthest out."""
     found = {number.name: number for number in free}
-    for name, wall in system.named():
-        if isinstance(wall, Barrier) and isinstance(wall.position, Free):
+    for wall in system.of(Barrier):
+        if isinstance(wall.position, Free):
             own = wall.position.itself
             place = float(values.min() if wall.side == "above" else values.max())
             ends = [float(wall.position.at(each)) for each in (own.low, own.high)]
             if (ends[0] - place) * (ends[1] - place) < 0.0:
                 from scipy import optimize
 
-                at = optimize.brentq(lambda each: float(wall.position.at(each)) - place, own.low, own.high)
+                at = optimize.brentq(
+                    lambda each, at=wall.position, to=place: float(at.at(each)) - to, own.low, own.high
+                )
                 found[own.name] = moved((own,), np.array([at]))[0]
     return (*found.values(),)
 
@@ -346,6 +351,11 @@ def _check(system: System, data: MeasuredRecord) -> None:
             raise NotCoveredError(f"{_REACH}, not {name}.")
         if isinstance(part, Barrier) and callable(part.restitution):
             raise NotCoveredError(f"{_REACH}, not the law of restitution of {name}.")
+        if data.of == "v" and isinstance(part, Barrier):
+            raise NotCoveredError(
+                f"the velocity of a mass that strikes {name} is not covered by a fit of a record: give displacements, "
+                "or accelerations under noise of the ground."
+            )
         if data.of == "a" and isinstance(part, WhiteNoise) and not part.of_ground:
             raise NotCoveredError(
                 f"the acceleration under {name} on the mass has no finite variance, so it has no samples."
