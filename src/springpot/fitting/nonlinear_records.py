@@ -43,8 +43,9 @@ _FASTER = 1.5  # than the start are the numbers for which substeps are small eno
 _NODES, _SHARES = np.polynomial.hermite_e.hermegauss(16)
 _SHARES = _SHARES / _SHARES.sum()
 _POSITIONS = 60  # of a wall, from the best of which a search starts where x was not measured
-_ROUNDS, _MORE_ROUNDS = 2, 4  # of a search, each with its own marks; more where x was not measured
 _STEPS, _GAIN = 40, 1e-3  # of a search at most, and the log-likelihood to be gained where it ends
+_ROUNDS, _MORE_ROUNDS = (_STEPS, _STEPS), (4, 4, 8, _STEPS, _STEPS)  # each with its own marks; more if x was not seen
+_LONGEST = 0.7  # step of a logarithm
 _SLOPE = 1e-4  # step of differences: of a logarithm, or of a number over its size
 _DAMPED, _MOST_DAMPED = 1e-3, 1e8
 _WIDE = 4.0  # variances, for what is not known at a start
@@ -148,18 +149,20 @@ class NonlinearRecordLikelihood(Likelihood):
         u = np.clip(begin, self.coordinates.low, self.coordinates.high)
         if not moves.any():
             return u
-        for _ in range(1 if self._frozen else _ROUNDS if self._seen == 0 else _MORE_ROUNDS):
+        rounds = (_STEPS,) if self._frozen else _ROUNDS if self._seen == 0 else _MORE_ROUNDS
+        for steps in rounds:
             if not self._frozen:
                 self._mark(self.coordinates.outer(u))
-            u = self._climbed(u, moves)
+            u = self._climbed(u, moves, steps)
         self._frozen = True
         return u
 
-    def _climbed(self, u: Floats, moves: NDArray[np.bool_]) -> Floats:
+    def _climbed(self, u: Floats, moves: NDArray[np.bool_], steps: int) -> Floats:
         own, damped = self.coordinates, _DAMPED
         low, high = own.low, own.high
+        reach = np.where(own.logarithmic, _LONGEST, 0.3 * (high - low))
         here = -0.5 * self.deviance(own.outer(u))
-        for _ in range(_STEPS):
+        for _ in range(steps):
             scores = self._scores(u)
             slope = scores.sum(axis=0)
             going = moves & ~((u <= low) & (slope < 0.0)) & ~((u >= high) & (slope > 0.0))
@@ -170,6 +173,7 @@ class NonlinearRecordLikelihood(Likelihood):
             while damped < _MOST_DAMPED:
                 way = np.zeros(u.size)
                 way[going] = np.linalg.solve(part + damped * np.diag(size), slope[going])
+                way /= max(1.0, float(np.max(np.abs(way) / reach)))
                 there = np.clip(u + way, low, high)
                 value = -0.5 * self.deviance(own.outer(there))
                 if value > here:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 _DOUBTFUL = 0.01
 _LARGEST_OF_ORDER = 0.1  # standard error
+_BESIDE_ORDER = 0.9  # correlation with a vague order, from which an interval is that of a profile
 _PROFILED = 11  # points of a profile of which only the interval is shown
 _MOST_WALKERS = 100_000
 
@@ -395,22 +396,33 @@ class Fit:
             return value * math.exp(-min(reach, 600.0)), value * math.exp(min(reach, 600.0))
         return value - reach, value + reach
 
+    @property
+    def intervals(self) -> dict[str, tuple[float, float]]:
+        """95 % intervals as the report has them.
+
+        They are those of `interval`, or of `profile` where the former reach impossible values, where the error of an
+        order is above 0.1, and of numbers that the data do not tell apart from such an order.
+        """
+        return {name: self._profiled.get(name) or self.interval(name) for name in self.values}
+
     @cached_property
     def _profiled(self) -> dict[str, tuple[float, float]]:
-        """Intervals of vague orders, and of numbers whose errors reach impossible values."""
-        if self._likelihood.simulated or self._likelihood.stopped:
+        own, vague = self._likelihood, [self._place(name) for name in self._vague_orders]
+        if own.simulated or own.stopped:
             return {}
-        vague = self._vague_orders
-        return {
-            number.name: self.profile(number.name, _PROFILED).limits
-            for number in self._likelihood.coordinates.free
-            if not math.isnan((ends := self._ends(number.name, 0.95))[0])
-            and (ends[0] < number.low or ends[1] > number.high or number.name in vague)
-        }
+        beside = np.any(np.abs(self.correlations[:, vague]) >= _BESIDE_ORDER, axis=1).tolist()
+        found = {}
+        for number, with_order in zip(own.coordinates.free, beside, strict=True):
+            low, high = self._ends(number.name, 0.95)
+            if with_order or low < number.low or high > number.high:
+                found[number.name] = self.profile(number.name, _PROFILED).limits
+        return found
 
     @property
-    def _vague_orders(self) -> set[str]:
-        return {name for name in _orders(self.given) & set(self.values) if self.errors[name] > _LARGEST_OF_ORDER}
+    def _vague_orders(self) -> list[str]:
+        """Orders whose error is large, or that are held at a bound."""
+        orders = _orders(self.given)
+        return [name for name, error in self.errors.items() if name in orders and not error <= _LARGEST_OF_ORDER]
 
     def profile(self, name: str, points: int = 21) -> Profile:
         """How the best fit becomes worse when one number is moved and the others follow.
@@ -493,7 +505,7 @@ class Fit:
         said += [
             f"The data hardly tell {name} and the coefficient of its springpot apart: the error of {name} is "
             f"{self.errors[name]:.2g}, above {_LARGEST_OF_ORDER:g}."
-            for name in self.values if name in self._vague_orders - told
+            for name in self._vague_orders if name not in told and name not in self.at_bounds
         ]  # fmt: skip
         return (*said, *self.check().sentences, *self._likelihood.doubts(self._theta))
 
@@ -528,13 +540,16 @@ class Fit:
             f"fit of {count} number{'s' if count != 1 else ''} to {self._likelihood.size} "
             f"{kind.get(type(self.data).__name__.lower().removeprefix('measured'), 'data')}"
         ]
+        intervals = self.intervals
         wide = max(len(name) for name in (*self.values, *self.extras)) + 2
         for name, value in self.values.items():
-            if name in self.at_bounds:
-                lines.append(f"{name:{wide}}{value:.6g} (held at its bound)")
-                continue
-            low, high = self._profiled.get(name) or self.interval(name)
+            low, high = intervals[name]
             number = f"{value:.6g} +- {self.errors[name]:.2g}"
+            if name in self.at_bounds:
+                number = f"{value:.6g} (held at its bound)"
+                if name not in self._profiled:
+                    lines.append(f"{name:{wide}}{number}")
+                    continue
             how = " (profile)" if name in self._profiled else ""
             lines.append(f"{name:{wide}}{number:22} 95 % interval {low:.6g} to {high:.6g}{how}")
         lines += [f"{name:{wide}}{value:.3g} (estimated)" for name, value in self.extras.items()]
