@@ -250,7 +250,7 @@ def flow_of(system: System, rates: Floats) -> Flow:
     --------
     >>> found = flow_of(System(Spring(4.0), Springpot(0.5, 1.0), WhiteNoise(1.0)), np.array([0.1, 1.0, 10.0]))
     >>> round(found.stiffness, 4), found.weights.round(4).tolist()
-    (4.1132, [0.2318, 0.733, 2.3181])
+    (4.1132, [0.2318, 0.7329, 2.3177])
     """
     unit, potential = system.per_unit_mass, system.potential
     stiffness = potential.coefficients[1] if len(potential.coefficients) > 1 else 0.0

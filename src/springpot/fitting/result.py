@@ -263,7 +263,7 @@ class Fit:
         >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79], error=0.02)
         >>> fit = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts)
         >>> round(fit.log_likelihood(fit.values) - fit.log_likelihood([0.69]), 2), fit.log_likelihood([1.2])
-        (2.71, -inf)
+        (2.38, -inf)
         """
         return log_likelihood(self._likelihood, numbers_in(self._likelihood.coordinates, numbers))
 
