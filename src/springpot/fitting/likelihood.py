@@ -158,6 +158,7 @@ class Likelihood(ABC):
     stop: Callable[[], bool] | None = None  # tells whether to end with the best numbers so far
     stopped: bool = False
     least: tuple[float, Floats] | None = None
+    is_local: bool = False  # whether it knows the model near its solution alone
     simulated: bool = False  # whether it has checked by itself that every number has an influence
 
     @abstractmethod

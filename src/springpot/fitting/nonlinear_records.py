@@ -51,6 +51,7 @@ _DAMPED, _MOST_DAMPED = 1e-3, 1e8
 _WIDE = 4.0  # variances, for what is not known at a start
 _TURNS = 40  # of the equivalent stiffness
 _THREADS = 2
+_MOST_LEFT_OUT = 0.1  # of the samples, in a fit that can be trusted
 
 
 class NonlinearRecordLikelihood(Likelihood):
@@ -72,7 +73,7 @@ class NonlinearRecordLikelihood(Likelihood):
         self.system, self.data, self.stop = system, data, stop
         self.size = data.size
         self._values = np.ascontiguousarray(data.values)
-        self._seen = "xva".index(data.of)
+        self._seen = "xva".index(str(data.of))
         free = with_noise((*free_numbers(system).values(),), data)
         duration = data.step * (data.time.size - 1)
         fastest = _FASTEST * (_FINER if data.of == "a" else 1) / data.step
@@ -213,6 +214,16 @@ class NonlinearRecordLikelihood(Likelihood):
         innovations = np.where(self._marks.kinds == USED, (self._values - expected) / spread, 0.0)
         return checks_of(
             innovations, moving, "the motion has another law: a wall or nonlinear part that the model lacks"
+        )
+
+    def doubts(self, theta: Floats) -> tuple[str, ...]:
+        """Whether it was stopped, or has left out so much that the search has gone astray."""
+        share = float((self._marks.kinds != USED).mean())
+        if share < _MOST_LEFT_OUT:
+            return super().doubts(theta)
+        return *super().doubts(theta), (
+            f"{100.0 * share:.0f} % of the samples were left out beside impacts: the search has probably failed. Start "
+            "nearer to what is known, or with narrower bounds."
         )
 
     def table(self, theta: Floats) -> Table:

@@ -48,7 +48,7 @@ def log_likelihood(likelihood: Likelihood, numbers: Floats) -> float:
     NotCoveredError
         If the data are simulated statistics.
     """
-    if likelihood.simulated:
+    if likelihood.is_local:
         raise NotCoveredError(
             "a fit to MeasuredStatistics has no likelihood for a sampler: it knows simulated results near its solution "
             "alone; use its errors and correlations."
