@@ -24,8 +24,9 @@ from springpot.fitting.transfer import ResponseLikelihood
 from springpot.machine.arguments import check_called
 from springpot.machine.faults import Stopped, listed, shown
 from springpot.problem.free_numbers import check_certain, free_numbers, with_values
+from springpot.problem.parts import PolynomialSpring
 from springpot.problem.parts.registration import kind_of
-from springpot.problem.system import check_single, checked_system, system_of
+from springpot.problem.system import System, check_single, checked_system, system_of
 
 if TYPE_CHECKING:
     from springpot.simulation.paths.simulation import Progress
@@ -56,8 +57,9 @@ def fit(
     data : one of the ``Measured...`` classes
         Moduli need linear springs, dampers, springpots, arms and circuits; walls, noise and the mass have no influence.
         A frequency response needs a linear system without walls; its noise has no influence.
-        Spectra and records need a linear system without walls, under stationary noise.  Statistics are simulated, so
-        walls and nonlinear parts are allowed; the model needs a stationary state.
+        Spectra need a linear system without walls, under stationary noise.  So do records, or one mass with walls, soft
+        contacts, nonlinear springs and linear parts under white noise.  Statistics are simulated, so walls and
+        nonlinear parts are allowed; the model needs a stationary state.
     seed : int
         Of the places between the bounds from which the search is repeated; those of simulations are made from it and
         from each model.
@@ -251,16 +253,24 @@ def _likelihood(model: Any, data: Any, how: How) -> Likelihood:
 
             return DrivenLikelihood(system, data, how.seed, how.stop, how.progress)
         case _:
+            if is_nonlinear(system):
+                from springpot.fitting.nonlinear_records import NonlinearRecordLikelihood
+
+                return NonlinearRecordLikelihood(system, data, how.stop)
             from springpot.fitting.records import RecordLikelihood  # brings Numba
 
             return RecordLikelihood(system, data, how.seed, how.stop)
 
 
+def is_nonlinear(system: System) -> bool:
+    """Whether a system has walls, contacts or nonlinear springs."""
+    return bool(system.stops) or any(not part.is_linear for part in system.of(PolynomialSpring))
+
+
 def _criteria(likelihood: Likelihood, deviance: float) -> tuple[float, float]:
     """BIC and corrected AIC."""
     n, k = likelihood.size, len(likelihood.coordinates.free) + (not likelihood.known)
-    whole = deviance if likelihood.known else n * math.log(max(deviance, 1e-300) / n) + n
-    whole += likelihood.constant()
+    whole = likelihood.whole(deviance)
     spare = n - k - 1
     aicc = whole + 2.0 * k + (2.0 * k * (k + 1.0) / spare if spare > 0 else math.inf)
     return whole + k * math.log(n), aicc

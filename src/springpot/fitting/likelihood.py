@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -157,6 +158,7 @@ class Likelihood(ABC):
     stop: Callable[[], bool] | None = None  # tells whether to end with the best numbers so far
     stopped: bool = False
     least: tuple[float, Floats] | None = None
+    is_local: bool = False  # whether it knows the model near its solution alone
     simulated: bool = False  # whether it has checked by itself that every number has an influence
 
     @abstractmethod
@@ -182,6 +184,12 @@ class Likelihood(ABC):
     def constant(self) -> float:
         """What completes -2 ln L, of the data alone."""
         return 0.0
+
+    def whole(self, deviance: float) -> float:
+        """-2 ln L with its constant; where the scatter is not known, of the one that agrees best."""
+        n = self.size
+        own = deviance if self.known else n * math.log(max(deviance, 1e-300) / n) + n
+        return own + self.constant()
 
     def extras(self, theta: Floats) -> dict[str, float]:
         """Numbers that belong to the fit and are not free."""

@@ -56,11 +56,7 @@ class RecordLikelihood(Likelihood):
         self.system, self.data, self.stop = system, data, stop
         self.size = data.size
         self._duration = float(data.time[-1] - data.time[0])
-        free = (*free_numbers(system).values(),)
-        if data.noise is None:
-            check_name(free)
-            spread = float(data.values.std())
-            free = (*free, Free(0.05 * spread, NOISE, max(rounding_of(data.values), _LEAST_NOISE * spread), spread))
+        free = with_noise((*free_numbers(system).values(),), data)
         of, at = data.channel
         response(system, of, at=at, sampled=True)  # what a record cannot be of is an error before any work
         _check_length(system, data)
@@ -207,26 +203,8 @@ class RecordLikelihood(Likelihood):
 
     def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
         """Whether the innovations are independent and Gaussian."""
-        from scipy import stats
-
-        innovations = self._filtered(theta, self.coordinates.free)[1]
-        count = innovations.shape[1]
-        lags = np.arange(1, min(_LAGS, count // 4) + 1)
-        rows = innovations / np.sqrt(np.mean(innovations**2))
-        shares = np.array([np.sum(rows[:, k:] * rows[:, :-k]) for k in lags]) / rows.size
-        box = rows.size * float(np.sum(shares**2 * count / (count - lags)))
-        odd, even = float(stats.skew(rows, axis=None)), float(stats.kurtosis(rows, axis=None))
-        shape = rows.size * (odd**2 / 6.0 + even**2 / 24.0)
-        return {
-            "order of the innovations (Ljung and Box)": (
-                float(stats.chi2.sf(box, max(lags.size - moving, 1))),
-                "the model does not explain how samples follow each other",
-            ),
-            "distribution of the innovations (Jarque and Bera)": (
-                float(stats.chi2.sf(shape, 2)),
-                "the motion is not Gaussian: a wall, a nonlinear part or impulses",
-            ),
-        }
+        meaning = "the motion is not Gaussian: a wall, a nonlinear part or impulses"
+        return checks_of(self._filtered(theta, self.coordinates.free)[1], moving, meaning)
 
     def table(self, theta: Floats) -> Table:
         """Samples, and what was expected from those before."""
@@ -237,6 +215,39 @@ class RecordLikelihood(Likelihood):
             "time", "s", np.tile(self.data.time, paths), np.repeat(names, samples), self.data.values.ravel(),
             (self.data.values - spread * innovations).ravel(), innovations.ravel(),
         )  # fmt: skip
+
+
+def with_noise(free: tuple[Free, ...], data: MeasuredRecord) -> tuple[Free, ...]:
+    """The free numbers, with that of the measurement where it is not stated."""
+    if data.noise is not None:
+        return free
+    check_name(free)
+    spread = float(data.values.std())
+    return (*free, Free(0.05 * spread, NOISE, max(rounding_of(data.values), _LEAST_NOISE * spread), spread))
+
+
+def checks_of(innovations: Floats, moving: int, meaning: str) -> dict[str, tuple[float, str]]:
+    """Whether innovations in standard deviations are independent and Gaussian, and what it means if they are not.
+
+    Samples that were left out have 0.
+    """
+    from scipy import stats
+
+    count, used = innovations.shape[1], int(np.count_nonzero(innovations))
+    lags = np.arange(1, min(_LAGS, count // 4) + 1)
+    rows = innovations / np.sqrt(np.sum(innovations**2) / used)
+    shares = np.array([np.sum(rows[:, k:] * rows[:, :-k]) for k in lags]) / used
+    box = used * float(np.sum(shares**2 * count / (count - lags)))
+    kept = rows[rows != 0.0]
+    odd, even = float(stats.skew(kept)), float(stats.kurtosis(kept))
+    shape = used * (odd**2 / 6.0 + even**2 / 24.0)
+    return {
+        "order of the innovations (Ljung and Box)": (
+            float(stats.chi2.sf(box, max(lags.size - moving, 1))),
+            "the model does not explain how samples follow each other",
+        ),
+        "distribution of the innovations (Jarque and Bera)": (float(stats.chi2.sf(shape, 2)), meaning),
+    }
 
 
 def rounding_of(values: Floats) -> float:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from springpot.fitting.estimate import Confusion, Solution, known_together, profile_along
 from springpot.fitting.likelihood import Likelihood, Table
+from springpot.fitting.posterior import log_likelihood, log_prior, numbers_in, start_ensemble
 from springpot.machine.arguments import Free, Uncertain, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
@@ -26,6 +30,9 @@ if TYPE_CHECKING:
 
 _DOUBTFUL = 0.01
 _LARGEST_OF_ORDER = 0.1  # standard error
+_BESIDE_ORDER = 0.9  # correlation with a vague order, from which an interval is that of a profile
+_PROFILED = 11  # points of a profile of which only the interval is shown
+_MOST_WALKERS = 100_000
 
 
 @dataclass(frozen=True)
@@ -219,6 +226,109 @@ class Fit:
         low, high = self._ends(name, min(wanted, 1.0 - 1e-12))
         return (math.nan, math.nan) if math.isnan(low) else (max(low, number.low), min(high, number.high))
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the free numbers, in the order in which `log_likelihood` takes them."""
+        return self._likelihood.coordinates.names
+
+    @property
+    def bounds(self) -> dict[str, tuple[float, float]]:
+        """The lowest and the highest value of each number."""
+        return {number.name: (number.low, number.high) for number in self._likelihood.coordinates.free}
+
+    def log_likelihood(self, numbers: ArrayLike | Mapping[str, float]) -> float:
+        """The logarithm of the likelihood at any numbers, for samplers such as emcee.
+
+        Where the scatter of the data is not known, it is the one that agrees best at these numbers.  Of a record with
+        walls it is the likelihood of the samples that the fit used, whatever the numbers are.
+
+        Parameters
+        ----------
+        numbers : array_like or mapping
+            Values in the order of ``names``, in the units of ``values``; or by name.
+
+        Returns
+        -------
+        float
+            -inf beyond the bounds.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are not a number for each name.
+        NotCoveredError
+            If the fit is to `MeasuredStatistics`.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79], error=0.02)
+        >>> fit = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts)
+        >>> round(fit.log_likelihood(fit.values) - fit.log_likelihood([0.69]), 2), fit.log_likelihood([1.2])
+        (2.38, -inf)
+        """
+        return log_likelihood(self._likelihood, numbers_in(self._likelihood.coordinates, numbers))
+
+    def log_prior(self, numbers: ArrayLike | Mapping[str, float]) -> float:
+        """The logarithm of a prior density that is flat between the bounds: in the logarithm, where both are positive.
+
+        Parameters
+        ----------
+        numbers : array_like or mapping
+            Values in the order of ``names``, or by name.
+
+        Returns
+        -------
+        float
+            -inf beyond the bounds.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are not a number for each name.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79], error=0.02)
+        >>> fit = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts)
+        >>> round(fit.log_prior([0.5]), 3), fit.log_prior([1.2])
+        (-0.141, -inf)
+        """
+        own = self._likelihood.coordinates
+        return log_prior(own, numbers_in(own, numbers))
+
+    def start_ensemble(self, walkers: int, seed: int = 1) -> Floats:
+        """Numbers from which the chains of a sampler start: drawn from the errors of the fit, between the bounds.
+
+        Parameters
+        ----------
+        walkers : int
+        seed : int
+
+        Returns
+        -------
+        ndarray, shape (walkers, numbers)
+
+        Raises
+        ------
+        ValueError
+            If there are none, or too many.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79], error=0.02)
+        >>> fit = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts)
+        >>> fit.start_ensemble(8).shape
+        (8, 1)
+        """
+        if isinstance(walkers, bool) or not isinstance(walkers, int) or not 1 <= walkers <= _MOST_WALKERS:
+            raise ValueError(f"walkers must be a whole number from 1 to {_MOST_WALKERS}, not {shown(walkers)}.")
+        own = self._likelihood.coordinates
+        slope = own.slope(self._theta)
+        return start_ensemble(own, self._best.u, self.covariance / np.outer(slope, slope), walkers, seed)
+
     def uncertain(self) -> dict[str, Uncertain]:
         """The numbers as uncertain ones, for `springpot.scatter`: what is not known of one device.
 
@@ -287,6 +397,34 @@ class Fit:
         if own.logarithmic[place]:
             return value * math.exp(-min(reach, 600.0)), value * math.exp(min(reach, 600.0))
         return value - reach, value + reach
+
+    @property
+    def intervals(self) -> dict[str, tuple[float, float]]:
+        """95 % intervals as the report has them.
+
+        They are those of `interval`, or of `profile` where the former reach impossible values, where the error of an
+        order is above 0.1, and of numbers that the data do not tell apart from such an order.
+        """
+        return {name: self._profiled.get(name) or self.interval(name) for name in self.values}
+
+    @cached_property
+    def _profiled(self) -> dict[str, tuple[float, float]]:
+        own, vague = self._likelihood, [self._place(name) for name in self._vague_orders]
+        if own.simulated or own.stopped:
+            return {}
+        beside = np.any(np.abs(self.correlations[:, vague]) >= _BESIDE_ORDER, axis=1).tolist()
+        found = {}
+        for number, with_order in zip(own.coordinates.free, beside, strict=True):
+            low, high = self._ends(number.name, 0.95)
+            if with_order or low < number.low or high > number.high:
+                found[number.name] = self.profile(number.name, _PROFILED).limits
+        return found
+
+    @property
+    def _vague_orders(self) -> list[str]:
+        """Orders whose error is large, or that are held at a bound."""
+        orders = _orders(self.given)
+        return [name for name, error in self.errors.items() if name in orders and not error <= _LARGEST_OF_ORDER]
 
     def profile(self, name: str, points: int = 21) -> Profile:
         """How the best fit becomes worse when one number is moved and the others follow.
@@ -410,6 +548,12 @@ class Fit:
                 f"The data do not tell {listed(own.names)} apart: the correlation of their errors is "
                 f"{own.correlation:.3f}. Fix one of them, or add data of another kind."
             )
+        told = {name for own in self.not_told_apart for name in own.names}
+        said += [
+            f"The data hardly tell {name} and the coefficient of its springpot apart: the error of {name} is "
+            f"{self.errors[name]:.2g}, above {_LARGEST_OF_ORDER:g}."
+            for name in self._vague_orders if name not in told and name not in self.at_bounds
+        ]  # fmt: skip
         return (*said, *self.check().sentences, *self._likelihood.doubts(self._theta))
 
     def report(self, warnings: bool = True) -> str:
@@ -443,14 +587,18 @@ class Fit:
             f"fit of {count} number{'s' if count != 1 else ''} to {self._likelihood.size} "
             f"{kind.get(type(self.data).__name__.lower().removeprefix('measured'), 'data')}"
         ]
+        intervals = self.intervals
         wide = max(len(name) for name in (*self.values, *self.extras)) + 2
         for name, value in self.values.items():
-            if name in self.at_bounds:
-                lines.append(f"{name:{wide}}{value:.6g} (held at its bound)")
-                continue
-            low, high = self.interval(name)
+            low, high = intervals[name]
             number = f"{value:.6g} +- {self.errors[name]:.2g}"
-            lines.append(f"{name:{wide}}{number:22} 95 % interval {low:.6g} to {high:.6g}")
+            if name in self.at_bounds:
+                number = f"{value:.6g} (held at its bound)"
+                if name not in self._profiled:
+                    lines.append(f"{name:{wide}}{number}")
+                    continue
+            how = " (profile)" if name in self._profiled else ""
+            lines.append(f"{name:{wide}}{number:22} 95 % interval {low:.6g} to {high:.6g}{how}")
         lines += [f"{name:{wide}}{value:.3g} (estimated)" for name, value in self.extras.items()]
         lines += self.known_together
         lines.append(f"BIC {self.bic:.2f}")

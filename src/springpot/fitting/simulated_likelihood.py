@@ -80,7 +80,7 @@ class MomentsLikelihood(LeastSquares):
 
     known = True
     smooth_start = True
-    simulated = True
+    simulated = is_local = True
 
     def __init__(
         self,

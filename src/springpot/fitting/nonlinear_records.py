@@ -1,0 +1,381 @@
+"""Records of a mass that strikes walls or has a nonlinear spring, under noise that was not measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.fitting.impact_filter import USED, Flow, Marks, filtered
+from springpot.fitting.likelihood import Coordinates, Likelihood, Table, inverse, moved
+from springpot.fitting.motion_data import MeasuredRecord
+from springpot.fitting.records import checks_of, with_noise
+from springpot.fitting.spectra import NOISE
+from springpot.machine.arguments import Free
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.free_numbers import free_numbers, restarted
+from springpot.problem.parts import (
+    Barrier,
+    Contact,
+    Dashpot,
+    Mass,
+    PolynomialSpring,
+    Spring,
+    Springpot,
+    WhiteNoise,
+)
+from springpot.problem.system import System, check_single
+
+_REACH = (
+    "A fit of a record whose input was not measured covers linear systems, and one mass with springs, dashpots, "
+    "springpots, walls and contacts under white noise"
+)
+_KINDS = Mass | Spring | PolynomialSpring | Dashpot | Springpot | Barrier | Contact | WhiteNoise
+_SPACING = 0.5 * math.log(10.0)  # of the rates of memory, in the logarithm: the ripple of the kernel is 1e-3
+_SLOWEST, _FASTEST = 1.0 / 3.0, 1.5  # rates, over 1 / duration and 1 / step
+_FINER = 4  # rates for an acceleration, which has the memory's forces in it
+_FLOW_STEP, _KICK_STEP = 2.0, 0.25  # of a substep, over 1 / the largest rate, and over sqrt(1 / stiffness)
+_FASTER = 1.5  # than the start are the numbers for which substeps are small enough
+_NODES, _SHARES = np.polynomial.hermite_e.hermegauss(16)
+_SHARES = _SHARES / _SHARES.sum()
+_POSITIONS = 60  # of a wall, from the best of which a search starts where x was not measured
+_STEPS, _GAIN = 40, 1e-3  # of a search at most, and the log-likelihood to be gained where it ends
+_ROUNDS, _MORE_ROUNDS = (_STEPS, _STEPS), (4, 4, 8, _STEPS, _STEPS)  # each with its own marks; more if x was not seen
+_LONGEST = 0.7  # step of a logarithm
+_SLOPE = 1e-4  # step of differences: of a logarithm, or of a number over its size
+_DAMPED, _MOST_DAMPED = 1e-3, 1e8
+_WIDE = 4.0  # variances, for what is not known at a start
+_TURNS = 40  # of the equivalent stiffness
+_THREADS = 2
+_MOST_LEFT_OUT = 0.1  # of the samples, in a fit that can be trusted
+
+
+class NonlinearRecordLikelihood(Likelihood):
+    """Samples of one mass with walls, contacts or nonlinear springs under white noise.
+
+    Parameters
+    ----------
+    system : System
+        With free numbers.
+    data : MeasuredRecord
+    stop : callable, optional
+        Tells whether to end with the best numbers so far.
+    """
+
+    smooth_start = True
+
+    def __init__(self, system: System, data: MeasuredRecord, stop: Callable[[], bool] | None = None) -> None:
+        _check(system, data)
+        self.system, self.data, self.stop = system, data, stop
+        self.size = data.size
+        self._values = np.ascontiguousarray(data.values)
+        self._seen = "xva".index(str(data.of))
+        free = with_noise((*free_numbers(system).values(),), data)
+        duration = data.step * (data.time.size - 1)
+        fastest = _FASTEST * (_FINER if data.of == "a" else 1) / data.step
+        count = math.ceil(math.log(fastest * duration / _SLOWEST) / _SPACING) + 1
+        self._rates = _SLOWEST / duration * np.exp(_SPACING * np.arange(count))
+        if data.of == "x":
+            free = _from_lowest(system, free, data.values)
+        self.coordinates = Coordinates(free)
+        self._frozen = False
+        if data.of != "x":
+            self.coordinates = Coordinates(self._with_best_positions())
+        self._mark(self.coordinates.outer(self.coordinates.start))
+
+    def flow(self, theta: Floats) -> tuple[Flow, float]:
+        """The motion of the mass, and the standard deviation of the measurement noise."""
+        named = self.coordinates.named(theta)
+        noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
+        return flow_of(restarted(self.system, named), self._rates), noise
+
+    def _with_best_positions(self) -> tuple[Free, ...]:
+        """Free positions of walls start where the other numbers, as they are, agree best with the samples used."""
+        free = self.coordinates.free
+        theta = np.array([float(number) for number in free])
+        for name in (wall.position.name for wall in self.system.of(Barrier) if isinstance(wall.position, Free)):
+            place = self.coordinates.names.index(name)
+            found = []
+            for at in np.linspace(free[place].low, free[place].high, _POSITIONS):
+                theta[place] = at
+                self._mark(theta)
+                terms, used = self._run(theta)[0], self._marks.kinds == USED
+                found.append((float(terms[used].mean()) if 2 * used.sum() > used.size else -math.inf, float(at)))
+            theta[place] = max(found)[1]
+        return moved(free, theta)
+
+    def _mark(self, theta: Floats) -> None:
+        """Decide at these numbers which samples are left out, and how long the substeps are."""
+        flow, _ = self.flow(theta)
+        step, values = self.data.step, self._values
+        self._more = equivalent_stiffness(flow, float(values.std()))
+        start = stationary(flow, self._more)
+        place = float(np.abs(values).max()) if self._seen == 0 else 4.0 * math.sqrt(start[0, 0])
+        rate = max(math.sqrt(max(flow.stiffness, 0.0)), flow.damping, *flow.rates / _FASTER)
+        stiffest = max(slope_of(flow, place), slope_of(flow, -place), 0.0)
+        self._substeps = math.ceil(_FASTER * step * max(rate / _FLOW_STEP, math.sqrt(stiffest) / _KICK_STEP))
+        self._spread = _WIDE * (float(values.var()) if self._seen == 0 else start[0, 0])
+        self._restart = _WIDE * (float(np.diff(values).var()) / step**2 if self._seen == 0 else start[1, 1])
+        shape = values.shape
+        self._marks = Marks(np.zeros(shape, np.int8), np.zeros(shape, bool), np.zeros(shape))
+        self.impacts = self._run(theta, learn=True)[3]
+        self.least = None  # of other marks
+
+    def _run(self, theta: Floats, learn: bool = False) -> tuple[Floats, Floats, Floats, int]:
+        """Of each sample: its log-likelihood, what was expected and how surely; and the number of impacts."""
+        flow, noise = self.flow(theta)
+        start = stationary(flow, self._more)
+        start[0, 0] += self._spread
+        terms, expected, spread = (np.zeros(self._values.shape) for _ in range(3))
+        impacts = filtered(
+            self._values, self.data.step, self._substeps, self._seen, noise**2, start, self._restart, flow,
+            self._marks, learn, terms, expected, spread,
+        )  # fmt: skip
+        return terms, expected, spread, int(impacts)
+
+    def deviance(self, theta: Floats) -> float:
+        """-2 ln L of the samples that are used."""
+        self.ask()
+        found = -2.0 * float(self._run(theta)[0].sum())
+        found = found if math.isfinite(found) else math.inf
+        self.note(found, theta)
+        return found
+
+    def solve(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
+        """By Levenberg's steps with the information of the scores; the first time with new marks after each search."""
+        u = np.clip(begin, self.coordinates.low, self.coordinates.high)
+        if not moves.any():
+            return u
+        rounds = (_STEPS,) if self._frozen else _ROUNDS if self._seen == 0 else _MORE_ROUNDS
+        for steps in rounds:
+            if not self._frozen:
+                self._mark(self.coordinates.outer(u))
+            u = self._climbed(u, moves, steps)
+        self._frozen = True
+        return u
+
+    def _climbed(self, u: Floats, moves: NDArray[np.bool_], steps: int) -> Floats:
+        own, damped = self.coordinates, _DAMPED
+        low, high = own.low, own.high
+        reach = np.where(own.logarithmic, _LONGEST, 0.3 * (high - low))
+        here = -0.5 * self.deviance(own.outer(u))
+        for _ in range(steps):
+            scores = self._scores(u)
+            slope = scores.sum(axis=0)
+            going = moves & ~((u <= low) & (slope < 0.0)) & ~((u >= high) & (slope > 0.0))
+            if not going.any():
+                return u
+            information = scores.T @ scores
+            part, size = information[np.ix_(going, going)], np.maximum(np.diag(information)[going], 1e-12)
+            while damped < _MOST_DAMPED:
+                way = np.zeros(u.size)
+                way[going] = np.linalg.solve(part + damped * np.diag(size), slope[going])
+                way /= max(1.0, float(np.max(np.abs(way) / reach)))
+                there = np.clip(u + way, low, high)
+                value = -0.5 * self.deviance(own.outer(there))
+                if value > here:
+                    break
+                damped *= 8.0
+            else:
+                return u
+            gain, u, here = value - here, there, value
+            if gain < _GAIN and damped < 1.0:
+                return u
+            damped = max(damped / 10.0, 1e-6)
+        return u
+
+    def _scores(self, u: Floats) -> Floats:
+        """Derivatives of the log-likelihood of each sample by the coordinates."""
+        own = self.coordinates
+        sizes = _SLOPE * np.where(own.logarithmic, 1.0, np.maximum(np.abs(u), 0.01 * (own.high - own.low)))
+        ends = np.array([
+            np.clip(u + sign * size * unit, own.low, own.high)
+            for unit, size in zip(np.eye(u.size), sizes, strict=True) for sign in (1.0, -1.0)
+        ])  # fmt: skip
+        self.ask()
+        with ThreadPoolExecutor(_THREADS) as pool:
+            found = [*pool.map(lambda each: self._run(own.outer(each))[0].ravel(), ends)]
+        steps = np.diag(ends[0::2] - ends[1::2])
+        scores = (np.array(found[0::2]) - np.array(found[1::2])).T / steps
+        return np.where(np.isfinite(scores), scores, 0.0)  # a place without a likelihood leads nowhere
+
+    def covariance(self, theta: Floats, moves: NDArray[np.bool_]) -> Floats:
+        """The inverse of the sum of the products of the scores."""
+        scores = self._scores(self.coordinates.inner(theta))[:, moves]
+        return inverse(scores.T @ scores)
+
+    def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
+        """Whether the innovations are independent and Gaussian."""
+        _, expected, spread, _ = self._run(theta)
+        innovations = np.where(self._marks.kinds == USED, (self._values - expected) / spread, 0.0)
+        return checks_of(
+            innovations, moving, "the motion has another law: a wall or nonlinear part that the model lacks"
+        )
+
+    def doubts(self, theta: Floats) -> tuple[str, ...]:
+        """Whether it was stopped, or has left out so much that the search has gone astray."""
+        share = float((self._marks.kinds != USED).mean())
+        if share < _MOST_LEFT_OUT:
+            return super().doubts(theta)
+        return *super().doubts(theta), (
+            f"{100.0 * share:.0f} % of the samples were left out beside impacts: the search has probably failed. Start "
+            "nearer to what is known, or with narrower bounds."
+        )
+
+    def table(self, theta: Floats) -> Table:
+        """Samples that were used, and what was expected from those before."""
+        _, expected, spread, _ = self._run(theta)
+        paths, samples = self._values.shape
+        names = [f"path {k}" for k in range(paths)] if paths > 1 else ["path"]
+        used = self._marks.kinds.ravel() == USED
+        return Table(
+            "time", "s", np.tile(self.data.time, paths)[used], np.repeat(names, samples)[used],
+            self._values.ravel()[used], expected.ravel()[used], ((self._values - expected) / spread).ravel()[used],
+        )  # fmt: skip
+
+
+def flow_of(system: System, rates: Floats) -> Flow:
+    """The motion of one mass, with memory of these rates.
+
+    Parameters
+    ----------
+    system : System
+    rates : ndarray
+        Of the memory, at equal steps of their logarithm.
+
+    Returns
+    -------
+    Flow
+
+    Notes
+    -----
+    t^-a / Gamma(1 - a) is sin(pi a) / pi times the integral of s^(a-1) exp(-s t) over the rates s.  In its logarithm
+    the trapezoidal rule has the weights sin(pi a) / pi s_j^a D.  Half a spacing beyond the rates the faster ones act as
+    a dashpot, sin(pi a) / pi s^(a-1) / (1-a), the slower ones as a spring, sin(pi a) / pi s^a / a.
+
+    Examples
+    --------
+    >>> found = flow_of(System(Spring(4.0), Springpot(0.5, 1.0), WhiteNoise(1.0)), np.array([0.1, 1.0, 10.0]))
+    >>> round(found.stiffness, 4), found.weights.round(4).tolist()
+    (4.1132, [0.2318, 0.7329, 2.3177])
+    """
+    unit, potential = system.per_unit_mass, system.potential
+    stiffness = potential.coefficients[1] if len(potential.coefficients) > 1 else 0.0
+    damping = sum(part.coefficient for part in unit.of(Dashpot))
+    weights, memory = np.zeros(rates.size), rates
+    pots = unit.of(Springpot)
+    spacing = math.log(rates[1] / rates[0])
+    slow, fast = rates[0] * math.exp(-0.5 * spacing), rates[-1] * math.exp(0.5 * spacing)
+    for pot in pots:
+        a, c = float(pot.order), float(pot.coefficient)
+        weights += c * math.sin(math.pi * a) / math.pi * rates**a * spacing
+        damping += c * float(np.sinc(1.0 - a)) * fast ** (a - 1.0)
+        stiffness += c * float(np.sinc(a)) * slow**a
+    if not pots:
+        weights, memory = rates[:0], rates[:0]
+    walls = [(wall.position, wall.inwards, wall.restitution) for wall in unit.of(Barrier)]
+    contacts = [(c.position, c.inwards, c.stiffness, c.exponent, c.dissipation) for c in unit.of(Contact)]
+    return Flow(
+        float(stiffness), float(damping), float(sum(noise.intensity for noise in unit.of(WhiteNoise))), weights, memory,
+        np.array(walls, float).reshape(-1, 3), np.array(potential.coefficients[2:], float),
+        np.array(contacts, float).reshape(-1, 5),
+    )  # fmt: skip
+
+
+def force_at(flow: Flow, x: Floats) -> Floats:
+    """The nonlinear force that pulls back, without what dissipates."""
+    found = sum((k * x**n for n, k in enumerate(flow.powers, start=2)), np.zeros_like(x))
+    for position, side, stiffness, exponent, _ in flow.contacts:
+        found = found - side * stiffness * np.maximum(side * (position - x), 0.0) ** exponent
+    return np.asarray(found)
+
+
+def slope_of(flow: Flow, x: float) -> float:
+    """Of that force."""
+    step = 1e-4 * abs(x)
+    low, high = force_at(flow, np.array([x - step, x + step]))
+    return float(high - low) / (2.0 * step)
+
+
+def stationary(flow: Flow, more: float = 0.0) -> Floats:
+    """Covariance of the state without walls, with this stiffness in place of the nonlinear forces.
+
+    Raises
+    ------
+    ValueError
+        If nothing holds the mass or takes its energy.
+    """
+    from scipy import linalg
+
+    drift, random = flow.drift(), np.zeros((2 + flow.weights.size,) * 2)
+    random[1, 1] = flow.intensity
+    drift[1, 0] -= more
+    found = np.array(linalg.solve_continuous_lyapunov(drift, -random)).astype(np.float64)
+    if not (drift[1, 0] < 0.0 and found[0, 0] > 0.0 and found[1, 1] > 0.0):
+        raise ValueError("model must have a spring that holds the mass, a damper and noise for a fit of a record.")
+    return np.asarray(0.5 * (found + found.T))
+
+
+def equivalent_stiffness(flow: Flow, spread: float) -> float:
+    """Of the spring that deviates least from the nonlinear forces in the stationary motion; 0 where there are none.
+
+    Parameters
+    ----------
+    flow : Flow
+    spread : float
+        A first guess of the standard deviation of x.
+    """
+    if not flow.powers.size and not flow.contacts.size:
+        return 0.0
+    for _ in range(_TURNS):
+        more = float(np.sum(_SHARES * _NODES * force_at(flow, spread * _NODES))) / spread
+        if flow.stiffness + more > 0.0:
+            spread = math.sqrt(spread) * float(stationary(flow, more)[0, 0]) ** 0.25
+        else:
+            spread *= 2.0
+    return more
+
+
+def _from_lowest(system: System, free: tuple[Free, ...], values: Floats) -> tuple[Free, ...]:
+    """Free positions of walls start beside the samples that are farthest out."""
+    found = {number.name: number for number in free}
+    for wall in system.of(Barrier):
+        if isinstance(wall.position, Free):
+            own = wall.position.itself
+            place = float(values.min() if wall.side == "above" else values.max())
+            ends = [float(wall.position.at(each)) for each in (own.low, own.high)]
+            if (ends[0] - place) * (ends[1] - place) < 0.0:
+                from scipy import optimize
+
+                at = optimize.brentq(
+                    lambda each, at=wall.position, to=place: float(at.at(each)) - to, own.low, own.high
+                )
+                found[own.name] = moved((own,), np.array([at]))[0]
+    return (*found.values(),)
+
+
+def _check(system: System, data: MeasuredRecord) -> None:
+    """What the filter covers; all else is an error before any work."""
+    check_single(system)
+    for name, part in system.named():
+        if not isinstance(part, _KINDS) or getattr(part, "envelope", None) is not None:
+            raise NotCoveredError(f"{_REACH}, not {name}.")
+        if isinstance(part, Barrier) and callable(part.restitution):
+            raise NotCoveredError(f"{_REACH}, not the law of restitution of {name}.")
+        if data.of == "v" and isinstance(part, Barrier):
+            raise NotCoveredError(
+                f"the velocity of a mass that strikes {name} is not covered by a fit of a record: give displacements, "
+                "or accelerations under noise of the ground."
+            )
+        if data.of == "a" and isinstance(part, WhiteNoise) and not part.of_ground:
+            raise NotCoveredError(
+                f"the acceleration under {name} on the mass has no finite variance, so it has no samples."
+            )
+    if any(row[0] != 1.0 for row in system.coordinates.elongations.values()):
+        raise NotCoveredError(f"{_REACH}, each between the ground and the mass in this order.")
+    if not system.of(WhiteNoise):
+        raise NotCoveredError("a system without noise does not move: add a WhiteNoise.")
