@@ -179,7 +179,7 @@ class Driven:
         (units, mass), end = units_of(self.plan), self.step * (len(self.inputs[0]) - 1)
         step, steps, size = self.plan.settings.step / units.time, self.plan.settings.steps, units.time**2 / units.length
         (record,) = self.plan.system.of(RecordedExcitation)
-        size = size if record.of_ground else size / mass
+        size = -size if record.of_ground else size / mass
         rows = [
             impulses_of(np.linspace(0.0, end / units.time, own.size), size * own, step, steps, self.delay / units.time)
             for own in self._dense
