@@ -12,8 +12,9 @@ const ADVICE = { large: ": fit it with the command springpot fit.", binary: ": s
 export class FitCard {
   constructor(element, connection, controls) {
     Object.assign(this, { connection, controls });
-    for (const name of ["file", "run", "stop", "running", "progress", "said", "use", "many", "count", "set", "note", "free", "plot", "legend", "table", "statistics", "warnings"]) this[name] = element(`fit-${name}`);
+    for (const name of ["file", "run", "stop", "running", "progress", "said", "use", "many", "count", "set", "note", "free", "plot", "residuals", "legend", "table", "statistics", "warnings"]) this[name] = element(`fit-${name}`);
     this.found = null;
+    this.charts = [];
     this.ready = false;
     this.file.addEventListener("change", () => this.send(this.file.files[0]));
     this.run.addEventListener("click", () => connection.fit(controls.ticked()));
@@ -42,10 +43,9 @@ export class FitCard {
     this.found = null;
     this.work({ running: false });
     this.ready = false;
-    this.chart?.destroy();
-    this.chart = null;
-    for (const host of [this.plot, this.legend, this.table, this.statistics, this.warnings, this.set]) host.replaceChildren();
-    this.plot.hidden = this.use.hidden = this.many.hidden = true;
+    this.clear();
+    for (const host of [this.plot, this.residuals, this.legend, this.table, this.statistics, this.warnings, this.set]) host.replaceChildren();
+    this.use.hidden = this.many.hidden = true;
     this.run.disabled = true;
   }
 
@@ -73,7 +73,10 @@ export class FitCard {
     this.set.textContent = "";
     this.showCount();
     this.warnings.replaceChildren(...found.warnings.map((sentence) => Object.assign(document.createElement("p"), { textContent: sentence })));
-    if (found.statistics.length) this.list(found.statistics); else this.draw(found);
+    this.clear();
+    if (found.statistics.length) this.list(found.statistics);
+    else if (found.groups[0].residual) this.drawPaths(found);
+    else this.draw(found);
   }
 
   // how many of what was measured the device has
@@ -104,7 +107,6 @@ export class FitCard {
 
   // statistics have many units: they stand in a table
   list(statistics) {
-    this.plot.hidden = true;
     this.statistics.innerHTML = '<thead><tr><th scope="col">statistic, in SI units</th><th scope="col">measured</th><th scope="col">fit</th><th scope="col">difference in standard errors</th></tr></thead><tbody></tbody>';
     for (const { name, data, error, fitted, residual } of statistics) {
       const row = this.statistics.tBodies[0].insertRow();
@@ -124,8 +126,40 @@ export class FitCard {
     this.said.textContent = !running || done === null ? "" : this.stop.disabled ? "stopping…" : left;
   }
 
+  clear() {
+    this.charts.forEach((chart) => chart.destroy());
+    this.charts = [];
+    this.plot.hidden = this.residuals.hidden = true;
+  }
+
+  // measured paths with the simulated ones over them, and below what is left
+  drawPaths({ groups, axis }) {
+    const color = (i) => palette[COLORS[i % COLORS.length]], one = groups[0].unit, alike = groups.every(({ unit }) => unit === one);
+    const x = () => ({ what: axis, factor: 1, unit: "" }), none = { points: { show: false } };
+    this.plot.hidden = this.residuals.hidden = false;
+    const paths = new Chart(this.plot, {
+      height: () => 260, x, y: () => ({ what: groups.length === 1 ? groups[0].name : "", factor: 1, unit: alike ? one : "" }), ySize: 62,
+      series: groups.flatMap((_, i) => [{ ...none, stroke: () => color(i), width: 4, alpha: 0.5 }, { ...none, stroke: () => palette.text, width: 1.2 }]),
+      readout: (_, i) => (i === null ? [] : [["time", groups[0].at[i]], ...groups.flatMap(({ name, data, fitted }) => [[`${name} measured`, data[i]], [`${name} simulated`, fitted[i]]])]),
+    });
+    paths.set([groups[0].at, ...groups.flatMap(({ data, fitted }) => [data, fitted])]);
+    const left = new Chart(this.residuals, {
+      height: () => 140, x, y: () => ({ what: "residual (sd)", factor: 1, unit: "" }), ySize: 62,
+      series: groups.map((_, i) => ({ ...none, stroke: () => color(i), width: 1.2 })),
+      readout: (_, i) => (i === null ? [] : [["time", groups[0].at[i]], ...groups.map(({ name, residual }) => [name, residual[i]])]),
+    });
+    left.set([groups[0].at, ...groups.map(({ residual }) => residual)]);
+    this.charts = [paths, left];
+    this.legend.replaceChildren(...groups.flatMap(({ name }, i) => [["measured", COLORS[i % COLORS.length]], ["simulated", "text"]].map(([what, own]) => {
+      const item = Object.assign(document.createElement("span"), { className: "item" }), mark = document.createElement("span");
+      mark.textContent = "—\u2002";
+      mark.style.color = `var(--${own})`;
+      item.append(mark, `${name} ${what}`);
+      return item;
+    })));
+  }
+
   draw({ groups, axis, logarithmic }) {
-    this.chart?.destroy();
     this.plot.hidden = false;
     const place = (at, i) => at ?? i + 1;
     const places = [...new Set(groups.flatMap(({ at }) => at.map(place)))].sort((a, b) => a - b);
@@ -141,12 +175,13 @@ export class FitCard {
         { stroke, width: 2, spanGaps: true, dash: hollow ? [6, 4] : [], points: { show: false } },
       ];
     });
-    this.chart = new Chart(this.plot, {
+    const chart = new Chart(this.plot, {
       height: () => 280, x: () => ({ what: axis, factor: 1, unit: "" }), y: () => ({ what: "", factor: 1, unit: "" }), series,
       xLog: logarithmic, yLog: logarithmic && positive, ySize: 62,
       readout: (_, i) => (i === null ? [] : [["", places[i]], ...groups.flatMap(({ name }, n) => (columns[2 * n][i] === null ? [] : [[name, columns[2 * n][i]], ["fit", columns[2 * n + 1][i]]]))]),
     });
-    this.chart.set([places, ...columns]);
+    chart.set([places, ...columns]);
+    this.charts = [chart];
     this.legend.replaceChildren(...groups.map(({ name }, i) => {
       const item = Object.assign(document.createElement("span"), { className: "item" }), mark = document.createElement("span");
       mark.textContent = i % 2 ? "○ ╌\u2002" : "● —\u2002";
