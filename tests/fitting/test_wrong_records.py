@@ -47,19 +47,19 @@ def holed(values: Floats) -> Floats:
 
 
 WRONG: list[tuple[str, Callable[[Floats, Floats], dict[str, Any]], str]] = [
-    ("unequal lengths", lambda f, _: {"input": f[:-1]}, r"input must have one number for each of the 500 times.*\(499,"),
+    ("unequal lengths", lambda f, _: {"input": f[:-1]}, r"input must have one number for each of the 500 times.*499"),
     ("no force", lambda f, _: {"input": 0.0 * f}, "input must not be constant: nothing drove the device."),
     ("constant force", lambda f, _: {"input": 0.0 * f + 3.0}, "input must not be constant"),
     ("hole in the force", lambda f, _: {"input": holed(f)}, r"input\[17\] must be a finite number, not nan"),
     ("hole in the response", lambda _, x: {"values": holed(x)}, r"values\[17\] must be a finite number, not nan"),
     ("no motion", lambda _, x: {"values": 0.0 * x}, "values must not all be equal: there is no motion"),
-    ("uneven times", lambda *_: {"time": TIME + 0.01 * (TIME > 1.0)}, r"time\[251\] must follow at equal steps of 0.004"),
+    ("uneven times", lambda *_: {"time": TIME + 0.01 * (TIME > 1.0)}, r"time\[251\] must follow at equal steps"),
     ("times fall", lambda *_: {"time": np.abs(TIME - 1.0)}, r"time\[1\] must be later than the time before"),
     ("too few", lambda f, x: {"time": TIME[:20], "values": x[:20], "input": f[:20]}, "at least 32 samples, not 20"),
     ("long skip", lambda *_: {"skip": 1.5}, r"skip must be in \[0, 0.998\], not 1.5. It is the part of the beginning"),
     ("long delay", lambda *_: {"delay": 1.0}, r"delay must be in \[-0.08, 0.08\], not 1"),
     ("one row of two", lambda *_: {"at": ("box", "lid")}, "values must have a row for each of the 2 points, not 1"),
-    ("two of three", lambda *_: {"at": ("a", "b", "c"), "of": ("x", "v")}, "of and at must be of as many points, not 2"),
+    ("two of three", lambda *_: {"at": ("a", "b", "c"), "of": ("x", "v")}, "of and at must be of as many points"),
     ("two inputs", lambda f, _: {"input": [f, f]}, "input must have one row, not 2"),
     ("no input", lambda *_: {"input": None}, "start must be left out of a record without an input"),
     ("other start", lambda *_: {"start": "still"}, "start must be 'free' or 'rest', not 'still'"),
@@ -129,7 +129,8 @@ def test_the_input_acts_as_that_of_a_simulation() -> None:
     """On the ground, and on each mass of two: the numbers of the truth leave the noise."""
     force, _ = shaken()
     two = {
-        "box": sp.Mass(0.8, at="box"), "lid": sp.Mass(0.3, at="lid"), "below": sp.Spring(900.0, between=("ground", "box")),
+        "box": sp.Mass(0.8, at="box"), "lid": sp.Mass(0.3, at="lid"),
+        "below": sp.Spring(900.0, between=("ground", "box")),
         "above": sp.Spring(300.0, between=("box", "lid")), "damper": sp.Dashpot(1.0, between=("box", "lid")),
     }  # fmt: skip
     freed = sp.System(**two | {"below": sp.Spring(sp.free("k", 850.0, (100.0, 5000.0)), between=("ground", "box"))})

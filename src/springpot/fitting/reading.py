@@ -46,7 +46,8 @@ _RESPONSES: dict[str, tuple[str, str]] = {
 """What a response is of, and on, by its unit."""
 
 _COLUMNS: dict[str, set[str]] = {
-    "a record": {"time", "x", "v", "a", "force"}, "impacts": {"before", "after"}, "a spectrum": {"frequency", "density"},
+    "a record": {"time", "x", "v", "a", "force"}, "impacts": {"before", "after"},
+    "a spectrum": {"frequency", "density"},
     "a frequency response": {"frequency", "magnitude", "phase", "real", "imaginary", "coherence"},
     "moduli": {"frequency", "storage", "loss", "tan_delta"},
 }  # fmt: skip
@@ -304,8 +305,8 @@ def _driven(table: Table, on: str | None) -> tuple[Column | None, list[Column]]:
     accelerations = [column for column in moved if column.quantity == "a"]
     if not found and accelerations and len(accelerations) < len(moved):
         if on != "ground" or len(accelerations) > 1:
-            raise ValueError(f"it has {_headers(moved)}, and one may be the input: call that ground_acceleration_g, or leave out "
-                             "columns by columns=, which takes those that are meant.")  # fmt: skip
+            raise ValueError(f"it has {_headers(moved)}, and one may be the input: call that ground_acceleration_g, or "
+                             "leave out columns by columns=, which takes those that are meant.")  # fmt: skip
         found, moved = accelerations, [column for column in moved if column not in accelerations]
     if len(found) > 1:
         raise ValueError(f"it must have one input, not {_headers(found)}: columns= takes those that are meant.")
