@@ -144,7 +144,7 @@ export class FitCard {
     });
     paths.set([groups[0].at, ...groups.flatMap(({ data, fitted }) => [data, fitted])]);
     const left = new Chart(this.residuals, {
-      height: () => 140, x, y: () => ({ what: "residual (sd)", factor: 1, unit: "" }), ySize: 62,
+      height: () => 190, x, y: () => ({ what: "residual (sd)", factor: 1, unit: "" }), ySize: 62,
       series: groups.map((_, i) => ({ ...none, stroke: () => color(i), width: 1.2 })),
       readout: (_, i) => (i === null ? [] : [["time", groups[0].at[i]], ...groups.map(({ name, residual }) => [name, residual[i]])]),
     });
