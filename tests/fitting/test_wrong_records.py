@@ -143,3 +143,5 @@ def test_the_input_acts_as_that_of_a_simulation() -> None:
         found = sp.fit(freed, record(values=run.record[0, :, 1, 0], on=on, at="lid", interpolation="band-limited"))
         assert found.values["k"] == pytest.approx(900.0, rel=0.01)
         assert found.extras["left"] < 0.01 * run.record[0, :, 1, 0].std()
+        labels = [axes.get_ylabel() for axes in sp.figures.plot_fit(found).axes]
+        assert labels == ["x of lid (m)", "residual (sd)"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from springpot.explorer.sliders import Slider, numbers, sliders
 from springpot.explorer.views import sizes
-from springpot.figures.fits import PLACES, is_driven, some_periods
+from springpot.figures.fits import PLACES, driven_parts, is_driven, some_periods
 from springpot.machine.arguments import Free
 from springpot.machine.plain import plain
 from springpot.problem.free_numbers import free, free_numbers, with_values
@@ -173,19 +173,16 @@ def _groups(table: Table) -> list[dict[str, Any]]:
 
 
 def _paths(table: Table, data: Any) -> list[dict[str, Any]]:
-    """Some periods of each measured point, or of the first piece: measured, simulated and what is left."""
-    own, samples = some_periods(data), data.time.size
+    """Some periods of each measured point: measured, simulated and what is left."""
+    at = data.time[some_periods(data)].tolist()
     return [
         {
-            "name": f"{of} of {at}" if at else of,
+            "name": f"{of} of {mass}" if mass else of,
             "unit": {"x": "m", "v": "m/s", "a": "m/s²"}[of],
-            "at": data.time[own].tolist(),
-            **{
-                name: values[n * samples :][own].tolist()
-                for name, values in (("data", table.data), ("fitted", table.fitted), ("residual", table.residual))
-            },
+            "at": at,
+            **{name: own.tolist() for name, own in zip(("data", "fitted", "residual"), rows, strict=True)},
         }
-        for n, (of, at) in enumerate(data.channels)
+        for of, mass, rows in driven_parts(table, data)
     ]
 
 

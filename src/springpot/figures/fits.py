@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ from springpot.figures.style import COLORS, LOOKS, new_figure, panel, plain_tick
 from springpot.fitting.likelihood import Table
 from springpot.fitting.motion_data import MeasuredRecord
 from springpot.fitting.result import Fit, Profile
+from springpot.machine.arrays import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -90,10 +92,10 @@ def some_periods(data: MeasuredRecord) -> slice:
 
     Examples
     --------
-    >>> time = 0.01 * np.arange(10_000)
+    >>> time = 0.05 * np.arange(10_000)
     >>> own = some_periods(MeasuredRecord(time, np.sin(6.0 * time), input=np.cos(time), skip=1.0))
-    >>> own.start, round((own.stop - own.start) * 0.01 * 6.0 / (2.0 * np.pi))
-    (100, 20)
+    >>> own.start, round((own.stop - own.start) * 0.05 * 6.0 / (2.0 * np.pi))
+    (20, 20)
     """
     first = round(data.skip / data.step)
     path = data.values[0, first:]
@@ -102,17 +104,28 @@ def some_periods(data: MeasuredRecord) -> slice:
     return slice(first, first + min(last, _MOST))
 
 
-def _of_driven(table: Table, data: MeasuredRecord) -> Figure:
-    """Some periods of each measured point, the first three of them, or of the first piece."""
+def driven_parts(table: Table, data: MeasuredRecord) -> Iterator[tuple[str, str, tuple[Floats, Floats, Floats]]]:
+    """Of each measured point, or of the first piece: what it is of, its mass, and some periods of it.
+
+    They are measured, simulated, and what is left over its rms at this point.
+    """
     own, samples = some_periods(data), data.time.size
-    channels = data.channels[:3]
-    figure, (*above, below) = new_figure(6.4, 2.0 + 1.8 * len(channels), ratios=(1.9,) * len(channels) + (1.2,))
-    for n, (ax, (color, _), (of, at)) in enumerate(zip(above, LOOKS, channels, strict=False)):
-        measured, fitted, left = (each[n * samples :][own] for each in (table.data, table.fitted, table.residual))
-        ax.plot(data.time[own], measured, color=COLORS[color], linewidth=2.4, alpha=0.55, label="measured")
-        ax.plot(data.time[own], fitted, color="black", linewidth=0.8, label="simulated")
+    for n, (of, at) in enumerate(data.channels):
+        measured, fitted = (each[n * samples : (n + 1) * samples] for each in (table.data, table.fitted))
+        left = measured - fitted
+        residual = left / max(float(np.sqrt(np.mean(left[own.start :] ** 2))), 1e-300)
+        yield of, at or "", (measured[own], fitted[own], residual[own])
+
+
+def _of_driven(table: Table, data: MeasuredRecord) -> Figure:
+    """The first three measured points."""
+    parts, time = [*driven_parts(table, data)][:3], data.time[some_periods(data)]
+    figure, (*above, below) = new_figure(6.4, 2.0 + 1.8 * len(parts), ratios=(1.9,) * len(parts) + (1.2,))
+    for ax, (color, _), (of, at, (measured, fitted, residual)) in zip(above, LOOKS, parts, strict=False):
+        ax.plot(time, measured, color=COLORS[color], linewidth=2.4, alpha=0.55, label="measured")
+        ax.plot(time, fitted, color="black", linewidth=0.8, label="simulated")
         ax.set_ylabel(f"{of}{f' of {at}' if at else ''} ({UNITS_OF[of]})")
-        below.plot(data.time[own], left, color=COLORS[color], linewidth=0.8)
+        below.plot(time, residual, color=COLORS[color], linewidth=0.8)
     above[0].legend(frameon=False, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
     _residuals(below)
     below.set_xlabel(PLACES["time"])
