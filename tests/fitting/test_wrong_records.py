@@ -104,7 +104,7 @@ def test_a_wrong_unit_and_an_inverted_phase_are_no_fit() -> None:
     force, x = shaken()
     for changes in ({"values": 1e3 * x}, {"input": 1e3 * force}, {"values": -x}):
         with pytest.raises(ValueError, match="no numbers were found with which the model follows the record"):
-            sp.fit(free_mount(), record(**changes))
+            sp.fit(mount(sp.free("k", 60.0, (10.0, 500.0)), 2.0), record(**changes))
 
 
 def test_a_clipped_response_is_said() -> None:
