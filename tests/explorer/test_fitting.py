@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from scipy import signal
 
 import springpot as sp
 from springpot.explorer.fitting import fitted, freed
@@ -47,6 +48,11 @@ position = -0.003
 [[parts]]
 kind = "white_noise"
 intensity = 0.001
+"""
+BARRIER = """[[parts]]
+kind = "barrier"
+position = -0.003
+
 """
 TICKED = ["spring-stiffness", "springpot-order", "springpot-coefficient"]
 
@@ -311,5 +317,65 @@ def test_a_file_is_fitted_and_taken_into_the_sliders(rubber: Server, browser: Br
     ):
         page.set_input_files("#fit-file", {"name": name, "mimeType": "text/csv", "buffer": content})
         note.filter(has_text=sentence).wait_for()
+    assert said == []
+    page.close()
+
+
+def shaken() -> str:
+    """Six seconds of a shaker's table and of 0.2 kg on 80 N/m and 2 N s^0.5/m, with noise of 1 %."""
+    rng, rate = np.random.default_rng(1), 250.0
+    time = np.arange(1500) / rate
+    band = signal.butter(4, (2.0, 40.0), "bandpass", fs=rate, output="sos")
+    table = signal.sosfilt(band, 4.0 * rng.standard_normal(time.size))
+    motion = sp.RecordedExcitation(tuple(time), tuple(table), "ground", interpolation="band-limited")
+    device = sp.System(sp.Mass(0.2), sp.Spring(80.0), sp.Springpot(0.5, 2.0), motion)
+    run = sp.simulate(
+        device, paths=1, record=1, start="rest", step=1e-1 / rate, record_every=10, duration=time[-1], seed=1
+    )
+    x = run.record[0, :, 0]
+    x = x + 0.01 * x.std() * rng.standard_normal(x.size)
+    rows = "\n".join(f"{t:.3f},{a:.6g},{1e3 * own:.6g}" for t, a, own in zip(time, table, x, strict=True))
+    return f"# start = rest\ntime_s,ground_acceleration_m/s2,x_mm\n{rows}"
+
+
+@pytest.fixture(scope="module")
+def mount(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    path = tmp_path_factory.mktemp("mount") / "mount.toml"
+    path.write_text(RUBBER.replace(BARRIER, ""))
+    with running(str(path)) as server:
+        yield server
+
+
+def test_a_record_with_its_input_is_drawn_under_the_simulated_path(mount: Server, browser: Browser) -> None:
+    page = browser.new_page(viewport={"width": 1440, "height": 900})
+    page.add_init_script(SLOW_SCREEN)
+    said: list[str] = []
+    page.on("console", lambda message: said.append(message.text) if message.type in ("error", "warning") else None)
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.goto(f"{mount.address}#paths=64")
+    page.set_input_files("#fit-file", {"name": "shaker.csv", "mimeType": "text/csv", "buffer": shaken().encode()})
+    page.locator("#fit-note").filter(has_text="shaker.csv: record with its input, 1500 points.").wait_for()
+    page.evaluate("controls.open = true")
+    for name in TICKED:
+        page.locator(f"#free-{name}").check()
+    page.locator("#free-white_noise-intensity").check()
+    page.locator("#fit-run").click()
+    page.locator("#fit-note.wrong").filter(has_text="is of the excitation, and the input was measured").wait_for()
+    page.locator("#free-white_noise-intensity").uncheck()
+    page.locator("#fit-run").click()
+    page.locator("#fit-table tbody tr").nth(2).wait_for(timeout=40_000)
+    assert page.locator("#fit-plot canvas").count() == page.locator("#fit-residuals canvas").count() == 1
+    legend = page.locator("#fit-legend .item").all_text_contents()
+    assert legend == ["—\u2002x measured", "—\u2002x simulated"]
+    for width in (390, 1440):
+        page.set_viewport_size({"width": width, "height": 900})
+        page.wait_for_timeout(400)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.locator("#fit-use").click()
+    found = [float(page.locator(f"#field-{name}").input_value()) for name in TICKED]
+    assert found == pytest.approx([80.0, 0.5, 2.0], rel=0.1)
+    page.set_input_files("#fit-file", {"name": "a.csv", "mimeType": "text/csv", "buffer": moduli().encode()})
+    page.locator("#fit-note").filter(has_text="a.csv: moduli, 15 points.").wait_for()
+    assert page.locator("#fit-residuals").is_hidden()
     assert said == []
     page.close()

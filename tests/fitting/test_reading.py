@@ -216,3 +216,96 @@ def test_memory_is_that_of_the_numbers(tmp_path: Path) -> None:
     assert isinstance(record, sp.MeasuredRecord)
     assert peak < 8.0 * place.stat().st_size + 1e6
     assert peak < 6.0 * record.values.nbytes
+
+
+WAVE = np.sin(0.3 * np.arange(40)), np.cos(0.5 * np.arange(40)), np.sin(0.7 * np.arange(40))
+
+
+def with_input(folder: Path, header: str, *settings: str) -> Any:
+    rows = (
+        ",".join(f"{own[n]:.6g}" for own in (0.1 * np.arange(40), *WAVE)[: header.count(",") + 1]) for n in range(40)
+    )
+    return sp.read_data(written(folder, "\n".join([*(f"# {own}" for own in settings), header, *rows])))
+
+
+def test_a_record_is_read_with_its_input(tmp_path: Path) -> None:
+    settings = "on = box", "at = lid", "start = rest", "skip = 1", "delay = found"
+    force = with_input(tmp_path, "time_s,input_kN,x_mm", *settings)
+    assert (force.of, force.at, force.on) == ("x", "lid", "box")
+    assert (force.start, force.skip, force.delay) == ("rest", 1.0, None)
+    assert force.input[0] == pytest.approx(1e3 * WAVE[0], abs=1e-2)
+    assert force.values[0] == pytest.approx(1e-3 * WAVE[1], abs=1e-8)
+    ground = with_input(tmp_path, "time_s,Ground acceleration (g),acceleration_g", "interpolation = band-limited")
+    assert (ground.of, ground.on, ground.delay, ground.interpolation) == ("a", "ground", 0.0, "band-limited")
+    assert ground.input[0] == pytest.approx(9.80665 * WAVE[0], abs=1e-4)
+    assert with_input(tmp_path, "time_s,acceleration_g,v_m/s", "on = ground").of == "v"
+    assert with_input(tmp_path, "time_s,input_m/s2,x_m").on == "ground"
+    assert with_input(tmp_path, "time_s,input_m/s2,x_m", "on = mass").on == "mass"
+    both = with_input(tmp_path, "time_s,force_N,x_m,a_g")
+    assert (both.of, both.at, both.values.shape) == (("x", "a"), (None, None), (2, 40))
+    assert with_input(tmp_path, "time_s,force_N,x_m,x_m", "at = box, lid").at == ("box", "lid")
+    rated = sp.read_data(written(tmp_path, "force_N,x_m\n" + "\n".join(f"{n % 7},{n % 5}" for n in range(40))), rate=50)
+    assert isinstance(rated, sp.MeasuredRecord)
+    assert rated.has_input
+    assert rated.step == pytest.approx(0.02)
+    begun = with_input(tmp_path, "time_s,x_m", "Start: 12:30", "start: by hand")  # words of a logger
+    assert not begun.has_input
+
+
+@pytest.mark.parametrize(
+    ("header", "settings", "sentence"),
+    [
+        ("time_s,acceleration_g,x_m", (), "it has acceleration_g and x_m, and one may be the input: call"),
+        ("time_s,force_N,input_N,x_m", (), "it must have one input, not force_N and input_N: columns= takes those"),
+        ("time_s,force_N", (), "it must have a column of the response, such as x_m, beside its input, force_N"),
+        ("time_s,force_N,x_m", ("on = ground",), "on must not be 'ground': force_N acts on a mass"),
+        ("time_s,base_acc_g,x_m", ("on = box",), "on must not be 'box': base_acc_g acts on the ground"),
+        ("time_s,force_N,x_m,x2_m", (), "at must name the mass of each column, x_m and x2_m, in a line such"),
+        ("time_s,force_N,x_m", ("at = box, lid",), "at must name the mass of each column, x_m, in a line"),
+        ("time_s,force_N,x_m", ("delay = some",), "delay must be a number, not 'some'"),
+        ("time_s,force_N,x_m", ("start = still",), "start must be 'free' or 'rest', not 'still'"),
+        ("time_s,x_m", ("start = rest",), "start must be left out of a record without an input"),
+        ("time_s,force_N,x_m", ("skip = 9",), r"skip must be in \[0, 1.95\], not 9"),
+    ],
+)  # fmt: skip
+def test_a_record_whose_input_is_not_clear_asks(
+    tmp_path: Path, header: str, settings: tuple[str, ...], sentence: str
+) -> None:
+    with pytest.raises(FileError, match=sentence) as caught:
+        with_input(tmp_path, header, *settings)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_hole_in_the_input_is_in_its_line_and_column(tmp_path: Path) -> None:
+    lines = [f"{n},{'nan' if n == 3 else n % 7},{n % 5}" for n in range(40)]
+    with pytest.raises(FileError, match="line 5: ground_acceleration_g must be a finite number, not nan"):
+        sp.read_data(written(tmp_path, "\n".join(["time_s,ground_acceleration_g,a_g", *lines])))
+
+
+DEVICE = """[[parts]]
+kind = "mass"
+value = 2.0
+
+[[parts]]
+kind = "dashpot"
+coefficient = 2.0
+
+[[parts]]
+kind = "spring"
+stiffness = { free = "k", start = 60, low = 10, high = 300 }
+"""
+
+
+def test_the_command_fits_a_record_with_its_input(tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    time, rng = 0.02 * np.arange(400), np.random.default_rng(1)
+    force = np.convolve(rng.standard_normal(406), np.hanning(9)[1:-1], "valid")
+    drive = sp.RecordedExcitation(tuple(time), tuple(force), "mass")
+    run = sp.simulate(sp.System(sp.Mass(2.0), sp.Spring(80.0), sp.Dashpot(2.0), drive), paths=1, record=1, start="rest",
+                      step=2e-3, record_every=10, duration=time[-1], seed=1)  # fmt: skip
+    rows = "\n".join(f"{t:.2f},{f:.6g},{1e3 * x:.7g}" for t, f, x in zip(time, force, run.record[0, :, 0], strict=True))
+    written(tmp_path, "# start = rest\n# interpolation = linear\ntime_s,force_N,x_mm\n" + rows)
+    (tmp_path / "device.toml").write_text(DEVICE)
+    assert cli.main(["fit", "data.csv", "--model", "device.toml", "--plot", "fit.png", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["values"]["k"] == pytest.approx(80.0, rel=0.01)
+    assert (tmp_path / "fit.png").stat().st_size > 10_000

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from springpot.explorer.sliders import Slider, numbers, sliders
 from springpot.explorer.views import sizes
-from springpot.figures.fits import PLACES
+from springpot.figures.fits import PLACES, driven_parts, is_driven, some_periods
 from springpot.machine.arguments import Free
 from springpot.machine.plain import plain
 from springpot.problem.free_numbers import free, free_numbers, with_values
 from springpot.problem.numbers import ROOT, with_numbers
+from springpot.problem.parts import Constant
+from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
 
 if TYPE_CHECKING:
@@ -74,6 +76,7 @@ def described(data: Data) -> str:
     """What a file has, in words."""
     kind = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(data).__name__.removeprefix("Measured")).lower()
     count = next((len(values) for values in vars(data).values() if hasattr(values, "__len__")), 0)
+    kind = f"{kind} with its input" if is_driven(data) else kind
     return f"{kind}, {count} points" if count else kind
 
 
@@ -95,8 +98,11 @@ def fitted(
 
     if not names:
         raise ValueError("free: tick the numbers that are to be found.")
-    farther = FARTHER_SIMULATED if isinstance(data, MeasuredStatistics) else FARTHER
-    found = fit(freed(system, names, farther), data, progress=progress, stop=stop)
+    farther = FARTHER_SIMULATED if isinstance(data, MeasuredStatistics) or is_driven(data) else FARTHER
+    model = freed(system, names, farther)
+    if is_driven(data):
+        model = _without_noise(model, names)
+    found = fit(model, data, progress=progress, stop=stop)
     table = found.table
     axis = str(table.axis)
     of_statistics = axis == "statistic"  # of many units: no chart shows them together
@@ -115,11 +121,28 @@ def fitted(
             ],
             "axis": PLACES.get(axis, axis.replace("_", " ")),
             "logarithmic": axis == "frequency_hz",
-            "groups": [] if of_statistics else _groups(table),
+            "groups": [] if of_statistics else _paths(table, data) if is_driven(data) else _groups(table),
             "statistics": _rows(table) if of_statistics else [],
             "warnings": found.warnings,
         }
     )
+
+
+def _without_noise(model: System, names: Sequence[str]) -> System:
+    """The model without the excitation of the page, in whose place the measured input is.
+
+    Raises
+    ------
+    ValueError
+        If a ticked number is of it.
+    """
+    kept = {
+        name: part for name, part in model.stated() if not isinstance(part, Excitation) or isinstance(part, Constant)
+    }
+    found = System(**kept)
+    if gone := [name for name in names if _word(name) not in free_numbers(found)]:
+        raise ValueError(f"free: {gone[0]} is of the excitation, and the input was measured: untick it.")
+    return found
 
 
 def _adds(name: str) -> bool:
@@ -147,6 +170,20 @@ def _groups(table: Table) -> list[dict[str, Any]]:
             }
         )
     return found
+
+
+def _paths(table: Table, data: Any) -> list[dict[str, Any]]:
+    """Some periods of each measured point: measured, simulated and what is left."""
+    at = data.time[some_periods(data)].tolist()
+    return [
+        {
+            "name": f"{of} of {mass}" if mass else of,
+            "unit": {"x": "m", "v": "m/s", "a": "m/s²"}[of],
+            "at": at,
+            **{name: own.tolist() for name, own in zip(("data", "fitted", "residual"), rows, strict=True)},
+        }
+        for of, mass, rows in driven_parts(table, data)
+    ]
 
 
 def _rows(table: Table) -> list[dict[str, Any]]:

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from springpot.figures.style import COLORS, LOOKS, new_figure, panel, plain_ticks
 from springpot.fitting.likelihood import Table
+from springpot.fitting.motion_data import MeasuredRecord
 from springpot.fitting.result import Fit, Profile
+from springpot.machine.arrays import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _MOST = 2000
+_PERIODS = 20  # of a path, that can be told apart in a picture
+UNITS_OF = {"x": "m", "v": "m/s", "a": "m/s$^2$"}
 PLACES = {"frequency_hz": "frequency (Hz)", "before": "speed before the impact (m/s)", "time": "time (s)"}
 _VALUES = {
     "storage": "modulus", "loss": "modulus", "density": "spectral density", "restitution": "restitution",
@@ -26,12 +31,13 @@ _VALUES = {
 def plot_fit(fit: Fit) -> Figure:
     """Draw data with the fit through them, and below it the residuals in standard deviations.
 
-    Of statistics each is drawn over its fitted value, with error bars of one standard deviation.
+    Of statistics each is drawn over its fitted value, with error bars of one standard deviation.  Of a record with its
+    input some periods of the measured path are drawn, the simulated one over it, and the residuals of the same time.
 
     Parameters
     ----------
     fit : Fit
-        Of `springpot.fit`.  Of a long record the first 2000 samples are drawn.
+        Of `springpot.fit`.  Of a long record without input the first 2000 samples are drawn.
 
     Returns
     -------
@@ -48,6 +54,8 @@ def plot_fit(fit: Fit) -> Figure:
     table = fit.table
     if table.axis == "statistic":
         return _of_statistics(table)
+    if is_driven(fit.data):
+        return _of_driven(table, fit.data)
     groups = dict.fromkeys(table.group.tolist())
     response = "phase" in groups  # its phase has another unit, and a panel of its own
     size, ratios = (5.8, (2.2, 1.4, 1.2)) if response else (4.6, (3.0, 1.2))
@@ -71,6 +79,57 @@ def plot_fit(fit: Fit) -> Figure:
     if table.axis == "frequency_hz" and max(table.at) < 100.0 * min(table.at):
         plain_ticks(below)
     below.set_xlabel(PLACES[table.axis])
+    return figure
+
+
+def is_driven(data: object) -> bool:
+    """Whether data are a record with its measured input."""
+    return isinstance(data, MeasuredRecord) and data.has_input
+
+
+def some_periods(data: MeasuredRecord) -> slice:
+    """The samples of the first periods that are compared, so few that each can be seen.
+
+    Examples
+    --------
+    >>> time = 0.05 * np.arange(10_000)
+    >>> own = some_periods(MeasuredRecord(time, np.sin(6.0 * time), input=np.cos(time), skip=1.0))
+    >>> own.start, round((own.stop - own.start) * 0.05 * 6.0 / (2.0 * np.pi))
+    (20, 20)
+    """
+    first = round(data.skip / data.step)
+    path = data.values[0, first:]
+    crossed = np.flatnonzero(np.diff(path > path.mean()))[: 2 * _PERIODS + 1]
+    last = int(crossed[-1]) + 1 if crossed.size > 2 * _PERIODS else path.size
+    return slice(first, first + min(last, _MOST))
+
+
+def driven_parts(table: Table, data: MeasuredRecord) -> Iterator[tuple[str, str, tuple[Floats, Floats, Floats]]]:
+    """Of each measured point, or of the first piece: what it is of, its mass, and some periods of it.
+
+    They are measured, simulated, and what is left over its rms at this point.
+    """
+    own, samples = some_periods(data), data.time.size
+    for n, (of, at) in enumerate(data.channels):
+        measured, fitted = (each[n * samples : (n + 1) * samples] for each in (table.data, table.fitted))
+        left = measured - fitted
+        residual = left / max(float(np.sqrt(np.mean(left[own.start :] ** 2))), 1e-300)
+        yield of, at or "", (measured[own], fitted[own], residual[own])
+
+
+def _of_driven(table: Table, data: MeasuredRecord) -> Figure:
+    """The first three measured points."""
+    parts, time = [*driven_parts(table, data)][:3], data.time[some_periods(data)]
+    figure, (*above, below) = new_figure(6.4, 2.0 + 1.8 * len(parts), ratios=(1.9,) * len(parts) + (1.2,))
+    for ax, (color, _), (of, at, (measured, fitted, residual)) in zip(above, LOOKS, parts, strict=False):
+        ax.plot(time, measured, color=COLORS[color], linewidth=2.4, alpha=0.55, label="measured")
+        ax.plot(time, fitted, color="black", linewidth=0.8, label="simulated")
+        ax.set_ylabel(f"{of}{f' of {at}' if at else ''} ({UNITS_OF[of]})")
+        below.plot(time, residual, color=COLORS[color], linewidth=0.8)
+    above[0].legend(frameon=False, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+    _residuals(below)
+    below.set_xlabel(PLACES["time"])
+    below.margins(x=0.0)
     return figure
 
 

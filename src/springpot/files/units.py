@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -54,13 +55,19 @@ _BARE = {"coherence", "tan_delta"}  # need no unit
 BY_UNIT = ("a", "density", "frequency", "force", "time")
 """What a column of another name is, where its unit says so."""
 
+OF_INPUT = ("input", "excitation", "drive", "input force", "input acceleration")
+"""Names of a column of what drove a device, a force or an acceleration by its unit."""
+OF_GROUND = tuple(
+    f"{place}{word}" for place in ("ground", "base", "table") for word in ("", " acceleration", " accel", " acc")
+)
+"""Names of a column of the acceleration of the ground."""
 _NAMES = {
     "frequency": ("frequency", "freq", "f", "angular frequency", "angular freq", "ang frequency", "ang freq"),
     "time": ("time", "t", "elapsed time"),
     "x": ("x", "displacement", "displ", "disp"),
     "v": ("v", "velocity", "vel"),
-    "a": ("a", "acceleration", "accel", "acc"),
-    "force": ("force", "load", "f"),
+    "a": ("a", "acceleration", "accel", "acc", *OF_GROUND, *OF_INPUT),
+    "force": ("force", "load", "f", *OF_INPUT),
     "density": ("density", "psd", "asd", "spectral density", "power spectral density", "acceleration spectral density"),
     "storage": ("storage", "storage modulus", "e'", "g'", "k'"),
     "loss": ("loss", "loss modulus", "e''", "g''", "k''"),
@@ -232,11 +239,28 @@ def heading_of(text: str, unit: str = "") -> Heading:
     raise ValueError(f"{own} must have its unit, as {such}: {'columns=' if other else 'unit='} states it.")
 
 
-def _named(text: str) -> list[str]:
-    """What has such a name, perhaps with an axis or the number of a channel."""
+def is_called(header: str, names: Sequence[str]) -> bool:
+    """Whether a header has one of these names, perhaps with an axis or the number of a channel.
+
+    Examples
+    --------
+    >>> is_called("Ground acceleration x (g)", OF_GROUND), is_called("acceleration_g", OF_GROUND)
+    (True, False)
+    """
+    own = " ".join(header.translate(_SAME_SIGNS).split())
+    begins = [own, *(own[: cut.start()] for cut in _CUT.finditer(own))]
+    return any(name in names for begin in begins for name in _names_in(begin))
+
+
+def _names_in(text: str) -> list[str]:
+    """A name as those of columns are written, and the same without an axis or the number of a channel."""
     name = " ".join(text.lower().replace("_", " ").replace("-", " ").replace(".", " ").split())
     name = re.sub(r'(?<=\b[egk])"', "''", name)
-    found = [quantity for quantity, names in _NAMES.items() if name in names]
-    if not found and (match := _CHANNEL.fullmatch(name)):
-        found = [quantity for quantity, names in _NAMES.items() if match[1].strip() in names]
-    return found
+    match = _CHANNEL.fullmatch(name)
+    return [name, match[1].strip()] if match else [name]
+
+
+def _named(text: str) -> list[str]:
+    """What has such a name, perhaps with an axis or the number of a channel."""
+    kinds = ([quantity for quantity, names in _NAMES.items() if name in names] for name in _names_in(text))
+    return next(filter(None, kinds), [])

@@ -179,10 +179,10 @@ def rows(values: object, samples: int, name: str = "values") -> Floats:
         If they are none.
     """
     found = _numbers(values, f"{name} must be numbers, one for each time")
-    found = found[np.newaxis] if found.ndim == 1 else found
+    given, found = found.shape, found[np.newaxis] if found.ndim == 1 else found
     if found.ndim != 2 or found.shape[0] == 0 or found.shape[1] != samples:
         raise ValueError(f"{name} must have one number for each of the {samples} times, or rows of them, not an array "
-                         f"of shape {found.shape}.")  # fmt: skip
+                         f"of shape {given}.")  # fmt: skip
     _check_finite(found, name)
     return fixed(found)
 

@@ -241,7 +241,8 @@ class MeasuredRecord(Measured):
         if len(self.channels) not in (1, paths):
             raise ValueError(f"values must have a row for each of the {len(self.channels)} points, not {paths}.")
         if len(own) not in (1, count):
-            raise ValueError(f"input must have one row, or {count}, as many as values have, not {len(own)}.")
+            many = f", or {count}, as many as values have" if count > 1 else ""
+            raise ValueError(f"input must have one row{many}, not {len(own)}.")
         if not np.ptp(own, axis=1).all():
             raise ValueError("input must not be constant: nothing drove the device.")
         put(self, input=fixed(np.broadcast_to(own, (count, samples)).copy()))

@@ -8,17 +8,17 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from springpot.files.reading import contents
 from springpot.files.table import Column, Stated, Table
 from springpot.files.text import Sheet, table_of
-from springpot.files.units import Decimal
+from springpot.files.units import OF_GROUND, OF_INPUT, Decimal, is_called
 from springpot.fitting.columns import PointFault, column
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
-from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
+from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum, Start
 from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
 from springpot.fitting.reading_statistics import HEADER, statistics_in
 from springpot.fitting.statistics import MeasuredStatistics
@@ -46,18 +46,21 @@ _RESPONSES: dict[str, tuple[str, str]] = {
 """What a response is of, and on, by its unit."""
 
 _COLUMNS: dict[str, set[str]] = {
-    "a record": {"time", "x", "v", "a"}, "impacts": {"before", "after"}, "a spectrum": {"frequency", "density"},
+    "a record": {"time", "x", "v", "a", "force"}, "impacts": {"before", "after"},
+    "a spectrum": {"frequency", "density"},
     "a frequency response": {"frequency", "magnitude", "phase", "real", "imaginary", "coherence"},
     "moduli": {"frequency", "storage", "loss", "tan_delta"},
 }  # fmt: skip
 _SETTINGS = {
     "relative_error": ("moduli", "a frequency response"), "averages": ("a spectrum", "a frequency response"),
     "sampling_rate_hz": ("a spectrum", "a record"), "window": ("a spectrum",), "segment": ("a spectrum",),
-    "noise": ("a spectrum", "a record"), "of": ("a spectrum",), "error": ("impacts",), "on": ("a frequency response",),
-    "at": ("a spectrum", "a record", "a frequency response"),
+    "noise": ("a spectrum", "a record"), "of": ("a spectrum",), "error": ("impacts",),
+    "on": ("a frequency response", "a record"), "interpolation": ("a record",), "start": ("a record",),
+    "skip": ("a record",), "delay": ("a record",), "at": ("a spectrum", "a record", "a frequency response"),
 }  # fmt: skip
 """What each kind of data may have, columns and settings."""
-_SETTING = re.compile(r"([A-Za-z_]+)\s*[=:](.+)")
+_SETTING = re.compile(r"([A-Za-z_]+)\s*([=:])(.+)")
+_MOTION = ("x", "v", "a")
 _AGREES = 0.05  # tan delta with loss / storage, as a share
 
 
@@ -90,6 +93,8 @@ def read_data(
           ``g/N``; to the ground's acceleration ``s2``, ``s`` and ``1`` (or ``g/g``);
         - a record: ``time_s`` and ``x_m``, ``v_m/s``, ``a_m/s2`` or ``a_g``; a column for each path; without a column
           of the time with the setting ``# sampling_rate_hz = 256``, or ``rate``;
+        - a record with its measured input: beside these ``force_N`` or ``input_N`` (on the mass, or on that of a line
+          ``# on = box``), ``ground_acceleration_g`` or ``input_m/s2`` (on the ground);
         - impacts: ``before_m/s`` and ``after_m/s``;
         - statistics: the header ``quantity,value,error``, then lines such as ``x_rms (mm),2.41,0.03`` or
           ``impact_rate (1/min),97,2``.
@@ -97,8 +102,9 @@ def read_data(
         Other names and units in use are understood too, such as ``Time (sec)``, ``Acc (G)``, ``E' (MPa)``.  Lines that
         begin with ``#``, ``%`` or ``//`` are comments, or settings such as ``# averages = 64``: ``relative_error``,
         ``averages``, ``sampling_rate_hz``, ``window``, ``segment``, ``noise`` and ``error`` (both in SI units).  Of
-        several masses ``at`` is the one that was measured, and ``on`` the one that the force acts on.  The file may
-        have 200 MB, 1000 columns and 20 million numbers.
+        several masses ``at`` is the one that was measured, and ``on`` the one that the force acts on.  A record with
+        its input may have ``interpolation``, ``start``, ``skip`` and ``delay`` (``found`` or in s) of `MeasuredRecord`,
+        and ``at = box, lid`` for several columns.  The file may have 200 MB, 1000 columns and 20 million numbers.
 
     Returns
     -------
@@ -189,20 +195,22 @@ def _note(line: str, number: int, *, settings: dict[str, str], title: str) -> No
     match = _SETTING.fullmatch(line.strip())
     if match is None:
         return
-    name = match[1]
+    name, sign, text = match[1], match[2], match[3].strip()
+    if name.lower() == "start" and sign == ":" and text not in get_args(Start):
+        return  # of a logger, that says when it began
     if name not in _SETTINGS:
         if near := meant(name, _SETTINGS):
             raise FileError(f"{title}, line {number}: {shown(name)} is not a setting{near}")
         return
     if name in settings:
         raise FileError(f"{title}, line {number}: {name} must be given only once.")
-    settings[name] = match[2].strip()
+    settings[name] = text
 
 
 def _made(table: Table, settings: Mapping[str, str], stated: Stated) -> Data:
     columns, names = table.columns, [column.quantity for column in table.columns]
     rate = stated.rate
-    if names and {*names} <= {"x", "v", "a"} and (rate or table.rate or "sampling_rate_hz" in settings):
+    if names and {*names} <= {*_MOTION, "force"} and (rate or table.rate or "sampling_rate_hz" in settings):
         return _record(table, settings, stated)
     if rate is not None:
         kind = "with a column of the time" if "time" in names else "of another kind"
@@ -213,7 +221,7 @@ def _made(table: Table, settings: Mapping[str, str], stated: Stated) -> Data:
                          "record; or give its rate) or before_m/s (impacts), or the header quantity,value,error "
                          "(statistics).")  # fmt: skip
     for name, count in Counter(names).items():
-        if count > 1 and name not in ("x", "v", "a"):
+        if count > 1 and name not in (*_MOTION, *(("force",) if first == "time" else ())):
             raise ValueError(f"{name} must be one column, not {count}: columns= takes the one that is meant.")
     own = {column.quantity: column for column in columns}
     if first == "time":
@@ -268,17 +276,68 @@ def _record(table: Table, settings: Mapping[str, str], stated: Stated) -> Measur
     if in_file is not None and (time is not None or rate is not None):
         other = "rate" if time is None else "the column of the time"
         raise ValueError(f"sampling_rate_hz must be left out beside {other}.")
-    kinds = {column.quantity for column in table.columns} - {"time"}
-    if len(kinds) != 1 or not kinds <= _COLUMNS["a record"]:
-        own = [*dict.fromkeys(column.header for column in table.columns if column.quantity != "time")]
-        raise ValueError("a record must have columns of one kind beside the time, such as x_m, not "
-                         f"{listed(own) if own else 'nothing'}: columns= takes those that are meant.")  # fmt: skip
-    of: Any = kinds.pop()
-    values = np.array([column.values for column in table.alike(of, stated)])
     if time is None:
         rate = in_file or table.sampled_at(rate)
+    drive, own = _driven(table, given.get("on"))
+    if drive is not None:
+        given |= _responses(drive, own, given)
+    else:
+        kinds = {column.quantity for column in own}
+        if len(kinds) != 1 or not kinds <= {*_MOTION}:
+            raise ValueError("a record must have columns of one kind beside the time, such as x_m, not "
+                             f"{_headers(own)}: columns= takes those that are meant.")  # fmt: skip
+        own = table.alike(own[0].quantity, stated)
+        given["of"] = own[0].quantity
+    values = np.array([column.values for column in own])
     times = np.arange(values.shape[1]) / (rate or 1.0) if time is None else time.values
-    return MeasuredRecord(times, values, of, **given)
+    return MeasuredRecord(times, values, **given)
+
+
+def _driven(table: Table, on: str | None) -> tuple[Column | None, list[Column]]:
+    """The column of the input, if there is one, and the other ones beside the time.
+
+    It is a force, or an acceleration by its name; or, where a setting says that it acts on the ground, the only
+    acceleration beside a displacement or a velocity.
+    """
+    own = [column for column in table.columns if column.quantity != "time"]
+    found = [column for column in own if _is_input(column)]
+    moved = [column for column in own if column not in found]
+    accelerations = [column for column in moved if column.quantity == "a"]
+    if not found and accelerations and len(accelerations) < len(moved):
+        if on != "ground" or len(accelerations) > 1:
+            raise ValueError(f"it has {_headers(moved)}, and one may be the input: call that ground_acceleration_g, or "
+                             "leave out columns by columns=, which takes those that are meant.")  # fmt: skip
+        found, moved = accelerations, [column for column in moved if column not in accelerations]
+    if len(found) > 1:
+        raise ValueError(f"it must have one input, not {_headers(found)}: columns= takes those that are meant.")
+    if found and not moved:
+        raise ValueError(f"it must have a column of the response, such as x_m, beside its input, {found[0].header}.")
+    return (found[0] if found else None), moved
+
+
+def _is_input(column: Column) -> bool:
+    """Whether a column is an input by what it is, or by its name."""
+    return column.quantity == "force" or (column.quantity == "a" and is_called(column.header, (*OF_INPUT, *OF_GROUND)))
+
+
+def _headers(columns: Iterable[Column]) -> str:
+    return listed([*dict.fromkeys(column.header for column in columns)] or ["nothing"])
+
+
+def _responses(drive: Column, own: Sequence[Column], given: Mapping[str, Any]) -> dict[str, Any]:
+    """What a record with its input is of, where, and what drove it."""
+    on = given.get("on", "mass" if drive.quantity == "force" else "ground")
+    is_force, of_ground = drive.quantity == "force", is_called(drive.header, OF_GROUND)
+    if is_force if on == "ground" else of_ground:
+        acts = "a mass" if is_force else "the ground"
+        raise ValueError(f"on must not be {shown(on)}: {drive.header} acts on {acts}.")
+    of, at = tuple(column.quantity for column in own), given.get("at")
+    places = tuple(name.strip() for name in at.split(",")) if at else (None,) * len(own)
+    if len(places) != len(own) or (not at and len({*of}) < len(of)):
+        raise ValueError(f"at must name the mass of each column, {_headers(own)}, in a line such as: # at = "
+                         f"{', '.join(['box', 'lid', 'plate'][: len(own)])}")  # fmt: skip
+    alone = len(own) == 1
+    return {"input": drive.values, "on": on, "of": of[0] if alone else of, "at": places[0] if alone else places}
 
 
 def _spectrum(own: Mapping[str, Column], settings: Mapping[str, str]) -> MeasuredSpectrum:
@@ -328,8 +387,11 @@ def _given(columns: Iterable[str], settings: Mapping[str, str], kind: str) -> di
     for name, text in settings.items():
         if kind not in _SETTINGS[name]:
             raise ValueError(f"{name} is a setting of {listed(_SETTINGS[name], 'or')}, not of {kind}.")
-        if name in ("window", "at", "on", "of"):
+        if name in ("window", "at", "on", "of", "interpolation", "start"):
             found[name] = text.strip("'\"")
+            continue
+        if name == "delay" and text.strip("'\"") == "found":
+            found[name] = None
             continue
         try:
             found[name] = int(text) if name == "segment" else float(text)
@@ -341,6 +403,9 @@ def _given(columns: Iterable[str], settings: Mapping[str, str], kind: str) -> di
 def _header_of(columns: list[Column], name: str) -> str:
     """The header of the column that a fault of the data names."""
     plain = {"frequency_hz": ("frequency",), "values": ("x",), "response": ("magnitude", "real")}.get(name, (name,))
+    if name == "input":  # of a name, or by the setting that it acts on the ground
+        inputs = [column.header for column in columns if _is_input(column)]
+        return (inputs or [column.header for column in columns if column.quantity == "a"])[0]
     found = [column.header for column in columns if column.quantity in plain]
-    moved = [column.header for column in columns if column.quantity in ("x", "v", "a")]
+    moved = [column.header for column in columns if column.quantity in _MOTION and not _is_input(column)]
     return (found or moved or [name])[0]

@@ -1,19 +1,17 @@
 // A file of measured data beside the system: it is read here, and the server fits the ticked numbers to it.
 
-import { Chart } from "./charts.js";
 import { send } from "./files.js";
 import { PARAMETERS, wholeName } from "./problem.js";
 import { short, withError } from "./numbers.js";
-import { palette } from "./theme.js";
 
-const COLORS = ["path", "impact", "pinned"];
 const ADVICE = { large: ": fit it with the command springpot fit.", binary: ": save its table as CSV." };
 
 export class FitCard {
   constructor(element, connection, controls) {
     Object.assign(this, { connection, controls });
-    for (const name of ["file", "run", "stop", "running", "progress", "said", "use", "many", "count", "set", "note", "free", "plot", "legend", "table", "statistics", "warnings"]) this[name] = element(`fit-${name}`);
+    for (const name of ["file", "run", "stop", "running", "progress", "said", "use", "many", "count", "set", "note", "free", "plot", "residuals", "legend", "table", "statistics", "warnings"]) this[name] = element(`fit-${name}`);
     this.found = null;
+    this.charts = [];
     this.ready = false;
     this.file.addEventListener("change", () => this.send(this.file.files[0]));
     this.run.addEventListener("click", () => connection.fit(controls.ticked()));
@@ -42,10 +40,9 @@ export class FitCard {
     this.found = null;
     this.work({ running: false });
     this.ready = false;
-    this.chart?.destroy();
-    this.chart = null;
-    for (const host of [this.plot, this.legend, this.table, this.statistics, this.warnings, this.set]) host.replaceChildren();
-    this.plot.hidden = this.use.hidden = this.many.hidden = true;
+    this.clear();
+    for (const host of [this.plot, this.residuals, this.legend, this.table, this.statistics, this.warnings, this.set]) host.replaceChildren();
+    this.use.hidden = this.many.hidden = true;
     this.run.disabled = true;
   }
 
@@ -62,18 +59,21 @@ export class FitCard {
     this.run.disabled = !this.ready || !ticked.length;
   }
 
-  fitted(found) {
+  async fitted(found) {
     this.work(found);
     if (found.running) return;
     this.showFree();
     if (found.fault) return this.say(found.fault, true);
+    const { sent } = this, { drawFit } = await import("./fitted.js"); // with the first fit
+    if (this.sent !== sent) return; // another file
     this.found = found;
     this.use.hidden = false;
     this.many.hidden = !found.values.some(({ adds }) => adds);
     this.set.textContent = "";
     this.showCount();
     this.warnings.replaceChildren(...found.warnings.map((sentence) => Object.assign(document.createElement("p"), { textContent: sentence })));
-    if (found.statistics.length) this.list(found.statistics); else this.draw(found);
+    this.clear();
+    if (found.statistics.length) this.list(found.statistics); else this.charts = drawFit(this, found);
   }
 
   // how many of what was measured the device has
@@ -104,7 +104,6 @@ export class FitCard {
 
   // statistics have many units: they stand in a table
   list(statistics) {
-    this.plot.hidden = true;
     this.statistics.innerHTML = '<thead><tr><th scope="col">statistic, in SI units</th><th scope="col">measured</th><th scope="col">fit</th><th scope="col">difference in standard errors</th></tr></thead><tbody></tbody>';
     for (const { name, data, error, fitted, residual } of statistics) {
       const row = this.statistics.tBodies[0].insertRow();
@@ -124,36 +123,10 @@ export class FitCard {
     this.said.textContent = !running || done === null ? "" : this.stop.disabled ? "stopping…" : left;
   }
 
-  draw({ groups, axis, logarithmic }) {
-    this.chart?.destroy();
-    this.plot.hidden = false;
-    const place = (at, i) => at ?? i + 1;
-    const places = [...new Set(groups.flatMap(({ at }) => at.map(place)))].sort((a, b) => a - b);
-    const columns = groups.flatMap(({ at, data, fitted }) => [data, fitted].map((values) => {
-      const by = new Map(at.map((one, i) => [place(one, i), values[i]]));
-      return places.map((one) => by.get(one) ?? null);
-    }));
-    const positive = columns.flat().every((value) => value === null || value > 0);
-    const series = groups.flatMap((_, i) => {
-      const stroke = () => palette[COLORS[i % COLORS.length]], hollow = i % 2 === 1;
-      return [
-        { paths: () => null, stroke, points: { show: true, size: 7, width: 1.5, stroke, fill: hollow ? () => palette.panel : stroke } },
-        { stroke, width: 2, spanGaps: true, dash: hollow ? [6, 4] : [], points: { show: false } },
-      ];
-    });
-    this.chart = new Chart(this.plot, {
-      height: () => 280, x: () => ({ what: axis, factor: 1, unit: "" }), y: () => ({ what: "", factor: 1, unit: "" }), series,
-      xLog: logarithmic, yLog: logarithmic && positive, ySize: 62,
-      readout: (_, i) => (i === null ? [] : [["", places[i]], ...groups.flatMap(({ name }, n) => (columns[2 * n][i] === null ? [] : [[name, columns[2 * n][i]], ["fit", columns[2 * n + 1][i]]]))]),
-    });
-    this.chart.set([places, ...columns]);
-    this.legend.replaceChildren(...groups.map(({ name }, i) => {
-      const item = Object.assign(document.createElement("span"), { className: "item" }), mark = document.createElement("span");
-      mark.textContent = i % 2 ? "○ ╌\u2002" : "● —\u2002";
-      mark.style.color = `var(--${COLORS[i % COLORS.length]})`;
-      item.append(mark, `${name}: data and fit`);
-      return item;
-    }));
+  clear() {
+    this.charts.forEach((chart) => chart.destroy());
+    this.charts = [];
+    this.plot.hidden = this.residuals.hidden = true;
   }
 
   say(sentence, wrong = false) {
