@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from springpot.problem.parts import *  # noqa: F403
     from springpot.problem.shaking import ground_motion, ground_motion_psd, noise_records, sweep
     from springpot.problem.system import System
+    from springpot.problem.temperature import Shift
     from springpot.problem.uncertain import uncertain
     from springpot.scattering import exceedance_over_devices, scatter
     from springpot.simulation.extended import extend
@@ -61,11 +62,12 @@ if TYPE_CHECKING:
     __all__ = [
         "AccuracyWarning", "Basquin", "Dimensionless", "FileWarning", "MeasuredFrequencyResponse", "MeasuredImpacts",
         "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
-        "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "band_rms",
-        "beam", "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit",
-        "fragility", "free", "ground_motion", "ground_motion_psd", "load_run", "noise_records", "nominal",
-        "open_study", "read_data", "read_system", "recommended", "response_spectrum", "scatter", "sensitivity",
-        "simulate", "simulate_many", "study", "sweep", "theory", "to_toml", "trust", "uncertain", "with_values",
+        "ProblemWarning", "RareEventWarning", "Shift", "SpringpotWarning", "StationarityWarning", "System", "atlas",
+        "band_rms", "beam", "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend",
+        "figures", "fit", "fragility", "free", "ground_motion", "ground_motion_psd", "load_run", "noise_records",
+        "nominal", "open_study", "read_data", "read_system", "recommended", "response_spectrum", "scatter",
+        "sensitivity", "simulate", "simulate_many", "study", "sweep", "theory", "to_toml", "trust", "uncertain",
+        "with_values",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "File", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
@@ -91,6 +93,7 @@ _LATER = {
         "problem.oscillator": ("Oscillator",),
         "problem.shaking": ("ground_motion", "ground_motion_psd", "noise_records", "sweep"),
         "problem.system": ("System",),
+        "problem.temperature": ("Shift",),
         "problem.uncertain": ("uncertain",),
         "scattering": ("exceedance_over_devices", "scatter"),
         "simulation": ("load_run", "simulate"),
