@@ -18,10 +18,12 @@ if TYPE_CHECKING:
     from springpot.evidence.reliability import trust
     from springpot.explorer.commands import explore
     from springpot.fitting import (
+        MeasuredCreep,
         MeasuredFrequencyResponse,
         MeasuredImpacts,
         MeasuredModuli,
         MeasuredRecord,
+        MeasuredRelaxation,
         MeasuredSpectrum,
         MeasuredStatistics,
         fit,
@@ -60,18 +62,18 @@ if TYPE_CHECKING:
     __version__: str
 
     __all__ = [
-        "AccuracyWarning", "Basquin", "Dimensionless", "FileWarning", "MeasuredFrequencyResponse", "MeasuredImpacts",
-        "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
-        "ProblemWarning", "RareEventWarning", "Shift", "SpringpotWarning", "StationarityWarning", "System", "atlas",
-        "band_rms", "beam", "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend",
-        "figures", "fit", "fragility", "free", "ground_motion", "ground_motion_psd", "load_run", "noise_records",
-        "nominal", "open_study", "read_data", "read_system", "recommended", "response_spectrum", "scatter",
-        "sensitivity", "simulate", "simulate_many", "study", "sweep", "theory", "to_toml", "trust", "uncertain",
-        "with_values",
+        "AccuracyWarning", "Basquin", "Dimensionless", "FileWarning", "MeasuredCreep", "MeasuredFrequencyResponse",
+        "MeasuredImpacts", "MeasuredModuli", "MeasuredRecord", "MeasuredRelaxation", "MeasuredSpectrum",
+        "MeasuredStatistics", "NoEffectWarning", "Oscillator", "ProblemWarning", "RareEventWarning", "Shift",
+        "SpringpotWarning", "StationarityWarning", "System", "atlas", "band_rms", "beam", "design", "exceedance",
+        "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit", "fragility", "free",
+        "ground_motion", "ground_motion_psd", "load_run", "noise_records", "nominal", "open_study", "read_data",
+        "read_system", "recommended", "response_spectrum", "scatter", "sensitivity", "simulate", "simulate_many",
+        "study", "sweep", "theory", "to_toml", "trust", "uncertain", "with_values",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "File", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
-_DATA = ("FrequencyResponse", "Impacts", "Moduli", "Record", "Spectrum", "Statistics")
+_DATA = ("Creep", "FrequencyResponse", "Impacts", "Moduli", "Record", "Relaxation", "Spectrum", "Statistics")
 _LATER = {
     name: f"springpot.{place}"
     for place, names in {

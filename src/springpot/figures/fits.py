@@ -16,9 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST = 2000
-PLACES = {"frequency_hz": "frequency (Hz)", "before": "speed before the impact (m/s)", "time": "time (s)"}
+PLACES = {"frequency_hz": "frequency (Hz)", "before": "speed before the impact (m/s)", "time": "time (s)",
+          "time_s": "time since the step (s)"}  # fmt: skip
 _VALUES = {
-    "storage": "modulus", "loss": "modulus", "density": "spectral density", "restitution": "restitution",
+    "storage": "modulus", "loss": "modulus", "relaxation": "relaxation modulus", "creep": "creep compliance",
+    "density": "spectral density", "restitution": "restitution",
     "magnitude": "magnitude", "phase": "phase (deg)",
 }  # fmt: skip
 
@@ -62,7 +64,7 @@ def plot_fit(fit: Fit) -> Figure:
         ax.plot(table.at[own], unit * table.fitted[own], color="black", linewidth=1.2)
         below.plot(table.at[own], table.residual[own], mark, markersize=small, color=COLORS[color])
     above[0].plot([], [], color="black", linewidth=1.2, label="fit")
-    if table.axis == "frequency_hz":
+    if table.axis in ("frequency_hz", "time_s"):
         above[0].set(xscale="log", yscale="log")
     for ax, group in zip(above, groups, strict=False):
         ax.set_ylabel(_VALUES.get(group, "value"))

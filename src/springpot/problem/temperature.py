@@ -10,13 +10,12 @@ from typing import Any, TypeVar
 import numpy as np
 
 from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
-from springpot.machine.faults import shown
 from springpot.problem.parts.dampers import Dashpot
 from springpot.problem.parts.registration import Part
 from springpot.problem.parts.springpots import FractionalMaxwell, Maxwell, Springpot
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 
-Model = TypeVar("Model", System, Part)
+Model = TypeVar("Model")
 
 _GAS = 8.314462618  # J/(mol K)
 _ZERO = -273.15  # K, in degrees Celsius
@@ -222,12 +221,13 @@ class Shift:
         Dashpot(coefficient=2.0)
         """
         factor = self.of(celsius)
-        if isinstance(model, System):
-            return System(**{name: _shifted(part, factor) for name, part in model.stated()})
-        if not isinstance(model, Part):
-            raise TypeError(f"model must be a System or a part, not {shown(model)}.")
-        found: Model = _shifted(model, factor)
+        found: Model = _shifted(model, factor) if isinstance(model, Part) else _whole(model, factor)
         return found
+
+
+def _whole(model: object, factor: float) -> Any:
+    stated = checked_system(model, "model", "a System or a part").stated()
+    return System(**{name: _shifted(part, factor) for name, part in stated})
 
 
 def _shifted(part: Any, factor: float) -> Any:
