@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         MeasuredSpectrum,
         MeasuredStatistics,
         fit,
+        master_curve,
         read_data,
     )
     from springpot.problem.bands import band_rms
@@ -67,9 +68,9 @@ if TYPE_CHECKING:
         "MeasuredStatistics", "NoEffectWarning", "Oscillator", "ProblemWarning", "RareEventWarning", "Shift",
         "SpringpotWarning", "StationarityWarning", "System", "atlas", "band_rms", "beam", "design", "exceedance",
         "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit", "fragility", "free",
-        "ground_motion", "ground_motion_psd", "load_run", "noise_records", "nominal", "open_study", "read_data",
-        "read_system", "recommended", "response_spectrum", "scatter", "sensitivity", "simulate", "simulate_many",
-        "study", "sweep", "theory", "to_toml", "trust", "uncertain", "with_values",
+        "ground_motion", "ground_motion_psd", "load_run", "master_curve", "noise_records", "nominal", "open_study",
+        "read_data", "read_system", "recommended", "response_spectrum", "scatter", "sensitivity", "simulate",
+        "simulate_many", "study", "sweep", "theory", "to_toml", "trust", "uncertain", "with_values",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "File", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
@@ -84,7 +85,7 @@ _LATER = {
         "evidence.reliability": ("trust",),
         "explorer.commands": ("explore",),
         "figures": ("figures",),
-        "fitting": ("fit", "read_data", *(f"Measured{data}" for data in _DATA)),
+        "fitting": ("fit", "master_curve", "read_data", *(f"Measured{data}" for data in _DATA)),
         "problem.bands": ("band_rms",),
         "problem.basquin": ("Basquin",),
         "problem.beams": ("beam",),

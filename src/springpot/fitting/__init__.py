@@ -2,6 +2,7 @@
 
 from springpot.fitting.fitted import fit
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
+from springpot.fitting.master_curve import MasterCurve, master_curve
 from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
 from springpot.fitting.part_data import MeasuredCreep, MeasuredImpacts, MeasuredModuli, MeasuredRelaxation
 from springpot.fitting.reading import read_data
@@ -12,6 +13,7 @@ __all__ = [
     "Check",
     "Choice",
     "Fit",
+    "MasterCurve",
     "MeasuredCreep",
     "MeasuredFrequencyResponse",
     "MeasuredImpacts",
@@ -22,5 +24,6 @@ __all__ = [
     "MeasuredStatistics",
     "Profile",
     "fit",
+    "master_curve",
     "read_data",
 ]  # fmt: skip
