@@ -18,13 +18,16 @@ if TYPE_CHECKING:
     from springpot.evidence.reliability import trust
     from springpot.explorer.commands import explore
     from springpot.fitting import (
+        MeasuredCreep,
         MeasuredFrequencyResponse,
         MeasuredImpacts,
         MeasuredModuli,
         MeasuredRecord,
+        MeasuredRelaxation,
         MeasuredSpectrum,
         MeasuredStatistics,
         fit,
+        master_curve,
         read_data,
     )
     from springpot.problem.bands import band_rms
@@ -46,6 +49,7 @@ if TYPE_CHECKING:
     from springpot.problem.parts import *  # noqa: F403
     from springpot.problem.shaking import ground_motion, ground_motion_psd, noise_records, sweep
     from springpot.problem.system import System
+    from springpot.problem.temperature import Shift
     from springpot.problem.uncertain import uncertain
     from springpot.scattering import exceedance_over_devices, scatter
     from springpot.simulation.extended import extend
@@ -59,17 +63,18 @@ if TYPE_CHECKING:
     __version__: str
 
     __all__ = [
-        "AccuracyWarning", "Basquin", "Dimensionless", "FileWarning", "MeasuredFrequencyResponse", "MeasuredImpacts",
-        "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
-        "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "band_rms",
-        "beam", "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit",
-        "fragility", "free", "ground_motion", "ground_motion_psd", "load_run", "noise_records", "nominal",
-        "open_study", "read_data", "read_system", "recommended", "response_spectrum", "scatter", "sensitivity",
-        "simulate", "simulate_many", "study", "sweep", "theory", "to_toml", "trust", "uncertain", "with_values",
+        "AccuracyWarning", "Basquin", "Dimensionless", "FileWarning", "MeasuredCreep", "MeasuredFrequencyResponse",
+        "MeasuredImpacts", "MeasuredModuli", "MeasuredRecord", "MeasuredRelaxation", "MeasuredSpectrum",
+        "MeasuredStatistics", "NoEffectWarning", "Oscillator", "ProblemWarning", "RareEventWarning", "Shift",
+        "SpringpotWarning", "StationarityWarning", "System", "atlas", "band_rms", "beam", "design", "exceedance",
+        "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit", "fragility", "free",
+        "ground_motion", "ground_motion_psd", "load_run", "master_curve", "noise_records", "nominal", "open_study",
+        "read_data", "read_system", "recommended", "response_spectrum", "scatter", "sensitivity", "simulate",
+        "simulate_many", "study", "sweep", "theory", "to_toml", "trust", "uncertain", "with_values",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "File", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
-_DATA = ("FrequencyResponse", "Impacts", "Moduli", "Record", "Spectrum", "Statistics")
+_DATA = ("Creep", "FrequencyResponse", "Impacts", "Moduli", "Record", "Relaxation", "Spectrum", "Statistics")
 _LATER = {
     name: f"springpot.{place}"
     for place, names in {
@@ -80,7 +85,7 @@ _LATER = {
         "evidence.reliability": ("trust",),
         "explorer.commands": ("explore",),
         "figures": ("figures",),
-        "fitting": ("fit", "read_data", *(f"Measured{data}" for data in _DATA)),
+        "fitting": ("fit", "master_curve", "read_data", *(f"Measured{data}" for data in _DATA)),
         "problem.bands": ("band_rms",),
         "problem.basquin": ("Basquin",),
         "problem.beams": ("beam",),
@@ -91,6 +96,7 @@ _LATER = {
         "problem.oscillator": ("Oscillator",),
         "problem.shaking": ("ground_motion", "ground_motion_psd", "noise_records", "sweep"),
         "problem.system": ("System",),
+        "problem.temperature": ("Shift",),
         "problem.uncertain": ("uncertain",),
         "scattering": ("exceedance_over_devices", "scatter"),
         "simulation": ("load_run", "simulate"),

@@ -418,7 +418,7 @@ def test_a_result_is_words_and_a_dataset() -> None:
     ("make", "sentence"),
     [
         (lambda: sp.fit(sp.Spring(1.0), Moduli(F, F)), "model must have a free number"),
-        (lambda: sp.fit(sp.Springpot(ORDER, C), F), "data must be MeasuredModuli, MeasuredSpectrum, Mea"),
+        (lambda: sp.fit(sp.Springpot(ORDER, C), F), "data must be MeasuredModuli, MeasuredRelaxation, MeasuredC"),
         (lambda: sp.fit(3.0, Moduli(F, F)), "model must be a System or a part"),
         (lambda: sp.fit([sp.Springpot(ORDER, C)], Moduli(F, F)), "model must be a model, or a list of at least two"),
         (lambda: sp.fit(sp.Springpot(ORDER, C), Moduli(F, F), seed=-1), "seed must be a whole number from 0"),

@@ -21,9 +21,11 @@ if TYPE_CHECKING:
 _MOST = 2000
 _PERIODS = 20  # of a path, that can be told apart in a picture
 UNITS_OF = {"x": "m", "v": "m/s", "a": "m/s$^2$"}
-PLACES = {"frequency_hz": "frequency (Hz)", "before": "speed before the impact (m/s)", "time": "time (s)"}
+PLACES = {"frequency_hz": "frequency (Hz)", "before": "speed before the impact (m/s)", "time": "time (s)",
+          "time_s": "time since the step (s)"}  # fmt: skip
 _VALUES = {
-    "storage": "modulus", "loss": "modulus", "density": "spectral density", "restitution": "restitution",
+    "storage": "modulus", "loss": "modulus", "relaxation": "relaxation modulus", "creep": "creep compliance",
+    "density": "spectral density", "restitution": "restitution",
     "magnitude": "magnitude", "phase": "phase (deg)",
 }  # fmt: skip
 
@@ -70,7 +72,7 @@ def plot_fit(fit: Fit) -> Figure:
         ax.plot(table.at[own], unit * table.fitted[own], color="black", linewidth=1.2)
         below.plot(table.at[own], table.residual[own], mark, markersize=small, color=COLORS[color])
     above[0].plot([], [], color="black", linewidth=1.2, label="fit")
-    if table.axis == "frequency_hz":
+    if table.axis in ("frequency_hz", "time_s"):
         above[0].set(xscale="log", yscale="log")
     for ax, group in zip(above, groups, strict=False):
         ax.set_ylabel(_VALUES.get(group, "value"))

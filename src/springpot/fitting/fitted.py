@@ -15,8 +15,9 @@ from springpot.fitting.impacts import ImpactLikelihood, law_of
 from springpot.fitting.likelihood import How, LeastSquares, Likelihood
 from springpot.fitting.moduli import ModuliLikelihood
 from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
-from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
+from springpot.fitting.part_data import MeasuredCreep, MeasuredImpacts, MeasuredModuli, MeasuredRelaxation
 from springpot.fitting.reading import Data
+from springpot.fitting.relaxation import SteppedLikelihood
 from springpot.fitting.result import Choice, Fit
 from springpot.fitting.spectra import SpectrumLikelihood
 from springpot.fitting.statistics import MeasuredStatistics
@@ -55,7 +56,8 @@ def fit(
         sets, of one device in different states: give pairs ``[(model, statistics), ...]`` and no ``data``; free numbers
         of the same name are one number.
     data : one of the ``Measured...`` classes
-        Moduli need linear springs, dampers, springpots, arms and circuits; walls, noise and the mass have no influence.
+        Moduli, relaxation and creep need linear springs, dampers, springpots and arms (moduli: circuits
+        too); walls, noise and the mass have no influence.
         A frequency response needs a linear system without walls; its noise has no influence.
         Spectra need a linear system without walls, under stationary noise.  So do records, or one mass with walls, soft
         contacts, nonlinear springs and linear parts under white noise.  Statistics are simulated, so walls and
@@ -244,6 +246,9 @@ def _likelihood(model: Any, data: Any, how: How) -> Likelihood:
         case MeasuredModuli():
             check_single(system)
             return ModuliLikelihood(system, data)
+        case MeasuredRelaxation() | MeasuredCreep():
+            check_single(system)
+            return SteppedLikelihood(system, data)
         case MeasuredFrequencyResponse():
             return ResponseLikelihood(system, data)
         case MeasuredSpectrum():

@@ -42,8 +42,19 @@ def complex_modulus(system: System, frequency_hz: Floats) -> tuple[Complexes, Sl
     >>> found.round(3)
     array([2.+3.142j])
     """
-    p = np.asarray(2j * np.pi * frequency_hz, complex)
-    total = np.zeros(frequency_hz.size, complex)
+    return modulus_at(system, np.asarray(2j * np.pi * frequency_hz, complex))
+
+
+def modulus_at(system: System, p: Complexes) -> tuple[Complexes, Slopes]:
+    """The same at Laplace variables.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Dashpot, Spring
+    >>> modulus_at(System(Spring(2.0), Dashpot(0.5)), np.array([2.0 + 0j]))[0].real.tolist()
+    [3.0]
+    """
+    total = np.zeros(p.shape, complex)
     slopes: Slopes = []
     for name, part in system.named():
         if {"stored", "damping", "inertia"}.isdisjoint(part.powers):
@@ -67,7 +78,7 @@ def slopes_by_name(slopes: Slopes, names: Sequence[str], size: int) -> Complexes
     for number, slope in slopes:
         if isinstance(number, Free):
             by_name[number.name] = by_name[number.name] + number.slope * slope
-    return np.stack([*by_name.values()], axis=-1)
+    return np.array([*by_name.values()], complex).reshape(len(names), size).T
 
 
 class ModuliLikelihood(GammaSquares):

@@ -1,4 +1,4 @@
-"""Measured parts: moduli of a material and impacts on a wall; frozen, checked when they are made, in SI units."""
+"""Measured parts: moduli, relaxation and creep of a material, impacts on a wall; frozen, checked, in SI units."""
 
 from __future__ import annotations
 
@@ -73,6 +73,102 @@ def _check_sign(values: object, name: str) -> None:
     if found.size and (found < 0.0).all():
         cause = "the sign of the phase is inverted" if name == "loss" else "force and motion have opposite directions"
         raise ValueError(f"{name} must be positive, but all {found.size} points are negative: {cause}, give -{name}.")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredRelaxation(Measured):
+    """The relaxation modulus: stress after a step of the strain, over that step, against time.
+
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+        Since the step, positive and ascending, in s.
+    modulus : array_like, shape (n,)
+        Positive; stress over strain in Pa, or force over displacement in N/m.
+    relative_error : float, optional
+        Standard deviation of each number, relative to it.  If it is not given, it is estimated from the scatter about
+        the fit.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the columns are no numbers, have different lengths or fewer than three points, or a number is out of its
+        range.
+
+    Notes
+    -----
+    The step must be much shorter than the first time: a ramp counts from its middle, and times below ten ramps are
+    better left out.
+
+    Examples
+    --------
+    >>> MeasuredRelaxation([0.1, 1.0, 10.0], [3.0, 2.0, 1.4]).size
+    3
+    """
+
+    time: Any
+    modulus: Any
+    relative_error: float | None = None
+
+    def __post_init__(self) -> None:
+        time = positive(self.time, "time")
+        enough(time, "time")
+        check_points(falls(time), time, "time", "must be later than the point before, not {:g}.")
+        put(self, time=time, modulus=positive(self.modulus, "modulus", time.size))
+        check_number(self, "relative_error", low=0.0, high=1.0, open_low=True, hint="2 % is 0.02.")
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return int(self.time.size)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredCreep(Measured):
+    """The creep compliance: strain after a step of the stress, over that step, against time.
+
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+        Since the step, positive and ascending, in s.
+    compliance : array_like, shape (n,)
+        Positive; in 1/Pa, or m/N.
+    relative_error : float, optional
+        Standard deviation of each number, relative to it.  If it is not given, it is estimated from the scatter about
+        the fit.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the columns are no numbers, have different lengths or fewer than three points, or a number is out of its
+        range.
+
+    Notes
+    -----
+    The step must be much shorter than the first time: a ramp counts from its middle, and times below ten ramps are
+    better left out.
+
+    Examples
+    --------
+    >>> MeasuredCreep([0.1, 1.0, 10.0], [0.3, 0.5, 0.9]).size
+    3
+    """
+
+    time: Any
+    compliance: Any
+    relative_error: float | None = None
+
+    def __post_init__(self) -> None:
+        time = positive(self.time, "time")
+        enough(time, "time")
+        check_points(falls(time), time, "time", "must be later than the point before, not {:g}.")
+        put(self, time=time, compliance=positive(self.compliance, "compliance", time.size))
+        check_number(self, "relative_error", low=0.0, high=1.0, open_low=True, hint="2 % is 0.02.")
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return int(self.time.size)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

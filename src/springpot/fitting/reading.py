@@ -19,7 +19,7 @@ from springpot.files.units import OF_GROUND, OF_INPUT, Decimal, is_called
 from springpot.fitting.columns import PointFault, column
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum, Start
-from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
+from springpot.fitting.part_data import MeasuredCreep, MeasuredImpacts, MeasuredModuli, MeasuredRelaxation
 from springpot.fitting.reading_statistics import HEADER, statistics_in
 from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.arguments import checked_path
@@ -30,6 +30,8 @@ from springpot.problem.messages import warn_of_file
 
 Data = (
     MeasuredModuli
+    | MeasuredRelaxation
+    | MeasuredCreep
     | MeasuredSpectrum
     | MeasuredFrequencyResponse
     | MeasuredRecord

@@ -579,7 +579,8 @@ class Fit:
         BIC -18.29
         """
         kind = {
-            "moduli": "moduli", "spectrum": "points of a spectrum", "record": "samples", "impacts": "impacts",
+            "moduli": "moduli", "relaxation": "relaxation moduli", "creep": "compliances",
+            "spectrum": "points of a spectrum", "record": "samples", "impacts": "impacts",
             "frequencyresponse": "magnitudes and phases", "statistics": "statistics", "tuple": "statistics",
         }  # fmt: skip
         count = len(self.values)

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, cast
 
-from springpot.machine.arguments import finite_number
+from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, shown
+from springpot.machine.roots import root_between
 from springpot.problem.parts.checks import Checked, put
 from springpot.problem.parts.registration import Element, Number, check, kind_of, stated_numbers
 
@@ -18,6 +19,7 @@ __all__ = [
 ]  # fmt: skip
 
 _SLOW = 1e-9  # m/s
+_WEAK = 1e-3  # chi v, to which the series of the restitution is right to 1e-12
 
 Side = Literal["above", "below"]
 RestitutionLaw = Callable[[float], float]
@@ -250,6 +252,8 @@ class Contact(SoftStop):
     --------
     >>> Contact(position=-0.2, stiffness=50.0).exponent
     1.5
+    >>> Contact.linear(position=-0.2, stiffness=50.0).exponent
+    1.0
     """
 
     said, glyph, powers = "soft contact", "stop", ("stop",)
@@ -264,6 +268,104 @@ class Contact(SoftStop):
         float, Number("χ", "dissipation", "s m-1", "unsigned", "It is chi of k d^exponent (1 + chi d').")
     ] = 0.0
     side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
+
+    @classmethod
+    def linear(cls, position: float, stiffness: float, **others: Any) -> Contact:
+        """A linear stop, as of finite element programs: of exponent 1.
+
+        Parameters
+        ----------
+        position : float
+            Where the mass first touches it, in m.
+        stiffness : float
+            k > 0, in N/m.
+        **others
+            ``dissipation`` and ``side``, and what every part takes: ``between``, ``count``, ``group``.
+
+        Returns
+        -------
+        Contact
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `Contact`.
+
+        Examples
+        --------
+        >>> Contact.linear(0.004, 1e6)
+        Contact(position=0.004, stiffness=1000000.0, exponent=1.0, dissipation=0.0, side='below')
+        """
+        return cls(position, stiffness, exponent=1.0, **others)
+
+    @staticmethod
+    def dissipation_of(restitution: float, speed: float) -> float:
+        """The dissipation chi, in s/m, with which an impact at a speed has a measured restitution.
+
+        Parameters
+        ----------
+        restitution : float
+            Speed after the impact over that before, in (0, 1].
+        speed : float
+            Before the impact, in m/s.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a number is none or out of its range.
+
+        Notes
+        -----
+        The inverse of `restitution_at`; a fast impact loses more than a slow one.
+
+        Examples
+        --------
+        >>> chi = Contact.dissipation_of(0.8, speed=0.5)
+        >>> round(chi, 4), round(Contact(0.0, 1e6, dissipation=chi).restitution_at(0.5), 9)
+        (0.7463, 0.8)
+        """
+        r = finite_number(restitution, "restitution", low=0.0, high=1.0, open_low=True, hint="Elastic is 1.")
+        v = finite_number(speed, "speed", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s.")
+        if r == 1.0:
+            return 0.0
+        return root_between(lambda strength: _restitution_of(strength) - r, 0.0, 1.0 / r) / v
+
+    def restitution_at(self, speed: float) -> float:
+        """The restitution of an impact at a speed, while the contact alone acts.
+
+        Parameters
+        ----------
+        speed : float
+            Before the impact, in m/s.
+
+        Returns
+        -------
+        float
+            Speed after the impact over that before.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the speed is no number above 0.
+
+        Notes
+        -----
+        From m d'' = -k d^p (1 + chi d') follows m v dv / (1 + chi v) = -k d^p dd, of which the integrals on the way in
+        and out are equal:
+
+            (1 + r) chi v = ln[(1 + chi v) / (1 - r chi v)].
+
+        Neither mass nor stiffness nor exponent matter.  Of slow impacts r = 1 - 2 chi v / 3, which Hunt and Crossley
+        state.  A spring or a force that acts beside the contact must be much weaker than it.
+
+        Examples
+        --------
+        >>> stop = Contact(0.0, 1e6, dissipation=0.5)
+        >>> round(stop.restitution_at(0.01), 5), round(stop.restitution_at(2.0), 5)
+        (0.99668, 0.59362)
+        """
+        v = finite_number(speed, "speed", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s.")
+        return _restitution_of(self.dissipation * v)
 
     @property
     def dissipates(self) -> bool:
@@ -280,12 +382,29 @@ class Contact(SoftStop):
         """Itself."""
         return self
 
+    def line(self, name: str) -> str:
+        """Its exponent: that of Hertz is assumed, while the stops of other programs are linear."""
+        kind = {1.0: " (a linear stop)", 1.5: " (Hertz's contact)"}.get(self.exponent, "")
+        return f"soft contact ({name}): exponent {self.exponent:g}{kind}"
+
     def term(self) -> str:
         """Its force in the equation of motion."""
         power = "" if self.exponent == 1.0 else f"^{self.exponent:g}"
         damping = f" (1 + {self.dissipation:.6g} d')" if self.dissipation else ""
         sign, depth = ("-", "b - x") if self.side == "above" else ("+", "x - b")
         return f" {sign} {self.stiffness:.6g} d{power}{damping} [d = {depth} > 0, b = {self.position:.6g}]"
+
+
+def _restitution_of(strength: float) -> float:
+    """The restitution r of Hunt and Crossley's contact by s = chi v.
+
+    u = 1 - r s solves ln u - u = ln(1 + s) - (1 + s).
+    """
+    s = strength
+    if s < _WEAK:  # the series, since the equation has a double root at 0
+        return 1.0 - s * (2.0 / 3.0 - s * (4.0 / 9.0 - s * 44.0 / 135.0))
+    last = math.log1p(s) - (1.0 + s)
+    return -math.expm1(root_between(lambda log: log - math.exp(log) - last, last, 0.0)) / s
 
 
 def restitution_at(wall: Barrier, speed: float) -> float:
