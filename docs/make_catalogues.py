@@ -11,7 +11,7 @@ from cyclopts import App
 
 from springpot.cli import app
 from springpot.machine.extras import MissingExtraError
-from springpot.machine.faults import FileError, NotCoveredError, Stopped
+from springpot.machine.faults import FileError, NoFitError, NotCoveredError, Stopped
 from springpot.machine.trusted import CacheWarning
 from springpot.problem import messages
 from springpot.problem.catalogue import CATALOGUE, Quantity
@@ -116,6 +116,9 @@ ERRORS = {
     ),
     "springpot.theory.NoConvergenceError": (NoConvergenceError, "Take another method, or Monte Carlo."),
     "springpot.machine.faults.FileError": (FileError, "Correct the file at the place that the sentence names."),
+    "springpot.machine.faults.NoFitError": (
+        NoFitError, "Check signs and units, give starts that are nearer, or another model; numbers of such a fit would be wrong."
+    ),
     "springpot.studies.StoreError": (
         StoreError, "Do what the sentence says: another folder, or the study to which the store belongs."
     ),

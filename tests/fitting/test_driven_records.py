@@ -9,9 +9,9 @@ import pytest
 from scipy.signal import lfilter
 
 import springpot as sp
-from springpot.fitting.driven_records import NoFitError
 from springpot.fitting.likelihood import inverse
 from springpot.machine.arrays import Floats
+from springpot.machine.faults import NoFitError
 from springpot.problem.free_numbers import restarted
 from springpot.problem.system import System
 from tests.sizes import validation
@@ -171,8 +171,10 @@ def test_two_masses_seen_at_two_points_on_a_shaken_ground() -> None:
 
         return sp.System(
             low=sp.Mass(1.0), top=sp.Mass(0.5),
-            first=sp.Spring(number("k1", 40.0), between=("ground", "low")), brake=sp.Dashpot(0.3, between=("ground", "low")),
-            second=sp.Spring(number("k2", 30.0), between=("low", "top")), damper=sp.Dashpot(number("c2", 0.2), between=("low", "top")),
+            first=sp.Spring(number("k1", 40.0), between=("ground", "low")),
+            brake=sp.Dashpot(0.3, between=("ground", "low")),
+            second=sp.Spring(number("k2", 30.0), between=("low", "top")),
+            damper=sp.Dashpot(number("c2", 0.2), between=("low", "top")),
         )  # fmt: skip
 
     rng = np.random.default_rng(4)

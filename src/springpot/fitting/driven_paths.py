@@ -23,6 +23,7 @@ from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 from springpot.simulation.paths.driven import Driven, driven_by, with_stub
+from springpot.simulation.plan.plan import Plan
 
 OFFSET, DELAY = "offset", "delay"
 _DRIVE = "measured"  # the name of the part that stands for the input
@@ -176,14 +177,15 @@ class DrivenModel:
             moves.append((places, self._difference(places[0], theta[places[0]])))
         sets = [theta]
         for places, step in moves:
-            for end in (1.0, -1.0) if self.has_stops else (1.0,):
+            for end in self._ends(places[0], theta[places[0]], step):
                 sets.append(theta.copy())
                 sets[-1][places] += end * step
         middle, *others = self.expected(sets, samples)
         slopes = np.zeros((theta.size, *middle.shape))
         for k, (places, step) in enumerate(moves):
             beside = others[2 * k : 2 * k + 2] if self.has_stops else others[k : k + 1]
-            rises = [(other - middle) / (end * step) for other, end in zip(beside, (1.0, -1.0), strict=False)]
+            ends = self._ends(places[0], theta[places[0]], step)
+            rises = [(other - middle) / (end * step) for other, end in zip(beside, ends, strict=True)]
             rise = min(rises, key=lambda each: float(np.sum(each**2)))
             for n, place in enumerate(places):
                 own = slice(n, n + 1) if len(places) > 1 else slice(None)
@@ -199,6 +201,13 @@ class DrivenModel:
             left = np.where(np.isfinite(left), left, _FAR * float(self.data.values.std()))
             slopes = np.where(np.isfinite(slopes), slopes, 0.0)
         return left, slopes
+
+    def _ends(self, place: int, value: float, step: float) -> tuple[float, ...]:
+        """Where the path is compared, in steps: on both sides where there are stops, but not beyond a bound."""
+        if not self.has_stops:
+            return (1.0,)
+        number = self.numbers[place]
+        return (1.0, -1.0) if number.low <= value - step <= number.high else (1.0, 2.0)
 
     def _difference(self, place: int, value: float) -> float:
         number, relative = self.numbers[place], _BESIDE_STOPS if self.has_stops else _DIFFERENCE
@@ -244,7 +253,7 @@ def driven_model(system: System, data: MeasuredRecord) -> DrivenModel:
     if system.of(Barrier):  # what a step does to an impact grows with every later one
         driven = _driven(whole, data, _FINER * driven.every, driven.is_sampled)
     elif not system.of(Stop):  # a search refines the step as far as it matters
-        coarse = max(1, math.ceil(data.step * driven.plan.motion.scales.frequency / _COARSE))
+        coarse = max(1, math.ceil(data.step * _frequency(driven.plan) / _COARSE))
         driven = driven if coarse >= driven.every else _driven(whole, data, coarse, driven.is_sampled)
     model = tuple(free_numbers(system).values())
     numbers = (*model, *_of_record(system, data, driven, rows))
@@ -272,9 +281,15 @@ def _driven(
     )
 
 
+def _frequency(plan: Plan) -> float:
+    """Of the linear springs of a lone mass, where it has some; guesses depend on how large the motion is."""
+    linear = plan.motion.potential is not None and plan.system.stiffness > 0.0
+    return plan.system.natural_frequency if linear else plan.motion.scales.frequency
+
+
 def _check_sampling(driven: Driven, data: MeasuredRecord) -> None:
     """Samples must be frequent and long enough to see the motion that the model has at its start."""
-    period = 2.0 * np.pi / driven.plan.motion.scales.frequency
+    period = 2.0 * np.pi / _frequency(driven.plan)
     if period < _FEWEST * data.step:
         raise ValueError(
             f"time must have more than {_FEWEST:g} samples in a period of the model: that is {period:.4g} s at its "

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from springpot.fitting.driven_paths import driven_model
 from springpot.fitting.likelihood import Coordinates, LeastSquares, Table, inverse
 from springpot.fitting.motion_data import MeasuredRecord
-from springpot.fitting.noise_filter import filtered, lags_of
+from springpot.fitting.noise_filter import coloured_square, filtered, lags_of
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import Stopped, listed
+from springpot.machine.faults import NoFitError, Stopped, listed
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 
@@ -40,8 +40,9 @@ _ROUNDS, _PLACES, _ABOUT = (
 )  # of the search near a minimum, and how far it looks, in standard errors
 _LONGER, _WORSE = 1.6, 1.3  # of a part to the one before, and of its mean square, from which on it is followed worse
 _LEADS = 2.0, 1.0, 0.5, 0.25, 0.1  # rates of the spring that leads, over the frequency
+_FOLLOWED_AT_FIRST = 0.2
 _GROWN = 1.05  # of the sum of squares, by which another step may have lost the path
-_STARTS, _APART = 8, 0.4  # other starts, and how far they are in the logarithm
+_STARTS, _STARTS_WITHOUT_STOPS, _APART = 8, 2, 0.4  # other starts, and how far they are in the logarithm
 _MOVED = 0.2  # of a standard error: by how much half the step may move a number
 _HALVINGS = 4
 _CORNERS = 20.0  # samples in a period from which on straight lines lose less than 1 %
@@ -73,10 +74,6 @@ class Prediction:
     error: Floats
     left: float
     share: float
-
-
-class NoFitError(ValueError):
-    """No numbers were found with which the model follows the record; the message says how far it is off."""
 
 
 class DrivenLikelihood(LeastSquares):
@@ -161,6 +158,21 @@ class DrivenLikelihood(LeastSquares):
         counts = [own.size for own in self._compared(self.data.values)]
         return float(sum(n * np.log(2.0 * np.pi * spread**2) for n, spread in zip(counts, self._spreads, strict=True)))
 
+    def covariance(self, theta: Floats, moves: NDArray[np.bool_]) -> Floats:
+        """Of the coordinates: of filtered least squares, or of plain ones in coloured noise (the sandwich)."""
+        if self.data.weights == "noise":
+            return super().covariance(theta, moves)
+        left, slopes = self._model.compared(theta, self._samples)
+        slope, middle = self.coordinates.slope(theta), np.zeros((theta.size, theta.size))
+        rows = [self._compared(each) for each in slopes]
+        for n, own in enumerate(self._compared(left)):
+            lags = lags_of(own)
+            scatter = float(np.var(filtered(own, lags)))
+            middle += scatter * coloured_square(np.array([row[n] for row in rows]), lags)
+        sensitivity = self.sensitivity(theta) * slope
+        bread = inverse(sensitivity[:, moves].T @ sensitivity[:, moves])
+        return np.asarray(bread @ (middle * np.outer(slope, slope))[np.ix_(moves, moves)] @ bread)
+
     def solve(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
         """The first time the whole search; later least squares, with the filter and the step that it has found."""
         if self._settled or not moves.all():
@@ -196,7 +208,8 @@ class DrivenLikelihood(LeastSquares):
         """Least squares through the filter of what is left, twice."""
         for turn in range(2):
             before = self._filters
-            self._filters = [lags_of(own) for own in self._compared(self._left(self._outer(u)), whiten=False)]
+            if self.data.weights == "noise":
+                self._filters = [lags_of(own) for own in self._compared(self._left(self._outer(u)), whiten=False)]
             if turn and not any(own.size for own in (*before, *self._filters)):
                 break
             u = self._again(u, moves)
@@ -236,7 +249,8 @@ class DrivenLikelihood(LeastSquares):
 
         own, count = self.coordinates, self._model.of_model
         yield begin
-        places = qmc.LatinHypercube(count, rng=np.random.default_rng([self._seed, 46])).random(_STARTS)
+        starts = _STARTS if self.system.of(Stop) else _STARTS_WITHOUT_STOPS
+        places = qmc.LatinHypercube(count, rng=np.random.default_rng([self._seed, 46])).random(starts)
         for place in 2.0 * places - 1.0:
             away = np.zeros(begin.size)
             sizes = np.where(own.logarithmic, 1.0, np.maximum(np.abs(begin), 0.05 * (own.high - own.low)))
@@ -338,9 +352,11 @@ class DrivenLikelihood(LeastSquares):
         left = self._compared(self._left(theta), whiten=False)
         share = float(np.sqrt(np.mean(np.concatenate([own.ravel() for own in left]) ** 2)))
         said = f"no numbers were found with which the model follows the record: {100.0 * share:.0f} % of it are left"
-        parts = [float(np.sqrt(np.mean(part**2))) for part in np.array_split(left[0], _PARTS, axis=1)]
-        if parts[0] < 0.2 * max(parts):
-            place = next(n for n, part in enumerate(parts) if part > 0.5 * max(parts))
+        seen = self._compared(self.data.values - self.data.values.mean(axis=1, keepdims=True), whiten=False)
+        of_both = zip(*(np.array_split(own[0], _PARTS, axis=1) for own in (left, seen)), strict=True)
+        parts = [float(np.sqrt(np.mean(one**2) / max(float(np.mean(other**2)), 1e-300))) for one, other in of_both]
+        if parts[0] < _FOLLOWED_AT_FIRST and max(parts) > _LOST:
+            place = next(n for n, part in enumerate(parts) if part > _LOST)
             since = self.data.time[place * self._samples // _PARTS]
             return f"{said}, from about {since:.3g} s on. Give starts that are nearer."
         gain = self._gain(u, moves)
@@ -489,10 +505,11 @@ class DrivenLikelihood(LeastSquares):
         rows, samples = self.data.values.shape
         words = "point" if len(self._channels) > 1 else "piece"
         names = [f"{words} {n + 1}" for n in range(rows)] if rows > 1 else ["path"]
-        left = (self.data.values - expected).ravel()
+        left = self.data.values - expected
+        sizes = np.maximum(np.sqrt(np.mean(left**2, axis=1, keepdims=True)), 1e-300)
         return Table(
             "time", "s", np.tile(self.data.time, rows), np.repeat(names, samples), self.data.values.ravel(),
-            expected.ravel(), left / max(float(np.sqrt(np.mean(left**2))), 1e-300),
+            expected.ravel(), (left / sizes).ravel(),
         )  # fmt: skip
 
     def predicted(self, theta: Floats, covariance: Floats, data: MeasuredRecord) -> Prediction:

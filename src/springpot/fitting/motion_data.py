@@ -29,6 +29,7 @@ from springpot.problem.parts.records import Interpolation
 
 Of = Literal["x", "v", "a"]
 Start = Literal["free", "rest"]
+Weights = Literal["noise", "equal"]
 
 _FEWEST_SAMPLES = 32
 _LONGEST_SEGMENT = 2**20
@@ -41,6 +42,7 @@ _OF_AN_INPUT: dict[str, object] = {
     "start": "free",
     "skip": 0.0,
     "delay": 0.0,
+    "weights": "noise",
     "offset": None,
 }
 _OF = {"x": "the displacement", "v": "the velocity", "a": "the acceleration"}
@@ -173,6 +175,10 @@ class MeasuredRecord(Measured):
         What the sensor shows at x = 0 (or v, or a), in the unit of ``values``.  None: it is found with the rest; give 0
         where the model has a constant force and a spring with even powers, which do the same.
 
+    weights : {"noise", "equal"}
+        Whether what is left is filtered by its own colour, which has the smallest errors if the model is right; or all
+        samples count alike, which leaves least of the record where the model is not complete.  Errors hold in both.
+
     Raises
     ------
     TypeError, ValueError
@@ -206,6 +212,7 @@ class MeasuredRecord(Measured):
     skip: float = 0.0
     delay: float | None = 0.0
     offset: float | None = None
+    weights: Weights = "noise"
 
     def __post_init__(self) -> None:
         time = column(self.time, "time")
@@ -251,6 +258,7 @@ class MeasuredRecord(Measured):
         if self.interpolation is not None:
             one_of(self.interpolation, "interpolation", get_args(Interpolation))
         one_of(self.start, "start", get_args(Start))
+        one_of(self.weights, "weights", get_args(Weights))
         duration = float(self.time[-1] - self.time[0])
         hint = "It is the part of the beginning that is not compared, in s."
         check_number(self, "skip", low=0.0, high=0.5 * duration, hint=hint)

@@ -7,6 +7,7 @@ import numpy as np
 from springpot.machine.arrays import Floats
 
 MOST_LAGS = 12
+_MEMORY = 4096  # samples after which noise has forgotten
 
 
 def lags_of(rows: Floats) -> Floats:
@@ -50,6 +51,31 @@ def lags_of(rows: Floats) -> Floats:
         if criterion < best:
             best, found = criterion, own
     return found
+
+
+def coloured_square(columns: Floats, lags: Floats) -> Floats:
+    """J^T S J of columns J and the covariance S of noise that a filter makes white of unit variance.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (numbers, rows, samples)
+    lags : ndarray
+
+    Examples
+    --------
+    >>> coloured_square(np.ones((1, 1, 3)), np.zeros(0)).round(9).tolist()
+    [[3.0]]
+    >>> coloured_square(np.ones((1, 1, 2)), np.array([0.5])).round(9).tolist()  # 2 (1 + 1/2) / (1 - 1/4)
+    [[4.0]]
+    """
+    many, _, samples = columns.shape
+    size = 1 << (2 * samples + _MEMORY).bit_length()
+    gain = np.fft.rfft(np.concatenate([[1.0], -lags]), size)
+    ends = np.fft.rfft(columns, size, axis=2).reshape(many, -1, size // 2 + 1)
+    weight = np.full(size // 2 + 1, 2.0)
+    weight[[0, -1]] = 1.0
+    density = weight / np.abs(gain) ** 2 / size
+    return np.asarray(np.einsum("irf,jrf,f->ij", ends, ends.conj(), density, optimize=True).real)
 
 
 def filtered(rows: Floats, lags: Floats) -> Floats:

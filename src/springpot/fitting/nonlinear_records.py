@@ -217,7 +217,7 @@ class NonlinearRecordLikelihood(Likelihood):
         )
 
     def doubts(self, theta: Floats) -> tuple[str, ...]:
-        """Whether it was stopped, or has left out so much that the search has gone astray."""
+        """Whether it was stopped, or has left out so much that the search may have ended elsewhere."""
         share = float((self._marks.kinds != USED).mean())
         if share < _MOST_LEFT_OUT:
             return super().doubts(theta)

@@ -55,6 +55,10 @@ class NotCoveredError(ValueError):
     """A method does not cover this problem; the message says what it covers."""
 
 
+class NoFitError(ValueError):
+    """No numbers were found with which a model follows the data; the message says how far it is off."""
+
+
 def shown(value: object) -> str:
     """The repr of any value, shortened if it is long.
 

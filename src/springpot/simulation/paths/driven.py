@@ -242,7 +242,7 @@ def driven_by(
     >>> driven = driven_by(system, "shaker", 0.1, [np.sin(0.5 * np.arange(50))])
     >>> path = driven.paths([system], np.zeros((1, 2)))
     >>> path.shape, driven.every
-    ((1, 50, 1, 2), 2)
+    ((1, 50, 1, 2), 20)
     """
     stub = with_stub(system, source, step, inputs)
     motion = motion_of(stub)
