@@ -122,7 +122,10 @@ def test_a_lightly_damped_oscillator_is_found_from_a_wrong_frequency() -> None:
     assert found.values["c"] == pytest.approx(0.4, rel=0.01)
 
 
-@pytest.mark.parametrize(("kind", "taken_for"), [("duffing", "linear"), ("springpot", "linear"), ("wall", "contact")])
+@pytest.mark.parametrize(
+    ("kind", "taken_for"),
+    [("duffing", "linear"), ("springpot", "linear"), ("contact", "linear"), validation("wall", "contact")],
+)
 def test_a_wrong_model_is_said_to_be_wrong(kind: str, taken_for: str) -> None:
     try:
         found = sp.fit(device(taken_for), twin(kind, 5))
@@ -152,8 +155,8 @@ def test_x_and_v_at_the_first_sample_the_delay_and_the_offset_are_found() -> Non
     found = sp.fit(device("linear"), data)
     for name, value in {"k": 9.0, "c": 0.4, "offset": 0.003, "delay": 2 * STEP}.items():
         assert abs(found.values[name] - value) < 5.0 * found.errors[name] + 1e-4 * abs(value)
-    assert found.values["x0"] == pytest.approx(x[2], abs=0.05)
-    assert found.values["v0"] == pytest.approx(v[2], abs=0.2)
+    assert found.values["x0"] == pytest.approx(x[0], abs=0.05)  # what acted before the record came later is not known
+    assert found.values["v0"] == pytest.approx(v[0], abs=0.5)
 
 
 def test_pieces_of_a_long_record_agree_with_the_whole() -> None:
@@ -170,7 +173,7 @@ def test_two_masses_seen_at_two_points_on_a_shaken_ground() -> None:
             return sp.free(name, 1.2 * value, (0.1 * value, 10.0 * value)) if free else value
 
         return sp.System(
-            low=sp.Mass(1.0), top=sp.Mass(0.5),
+            low=sp.Mass(1.0, at="low"), top=sp.Mass(0.5, at="top"),
             first=sp.Spring(number("k1", 40.0), between=("ground", "low")),
             brake=sp.Dashpot(0.3, between=("ground", "low")),
             second=sp.Spring(number("k2", 30.0), between=("low", "top")),

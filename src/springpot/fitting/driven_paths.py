@@ -185,7 +185,8 @@ class DrivenModel:
         for k, (places, step) in enumerate(moves):
             beside = others[2 * k : 2 * k + 2] if self.has_stops else others[k : k + 1]
             ends = self._ends(places[0], theta[places[0]], step)
-            rises = [(other - middle) / (end * step) for other, end in zip(beside, ends, strict=True)]
+            with np.errstate(invalid="ignore", over="ignore"):  # a path may grow without limit
+                rises = [(other - middle) / (end * step) for other, end in zip(beside, ends, strict=True)]
             rise = min(rises, key=lambda each: float(np.sum(each**2)))
             for n, place in enumerate(places):
                 own = slice(n, n + 1) if len(places) > 1 else slice(None)
@@ -197,10 +198,10 @@ class DrivenModel:
             later[place] += (step := -_LATER * self.data.step if theta[place] > 0.0 else _LATER * self.data.step)
             slopes[place] = (self.expected([later], samples)[0] - middle) / step
         left = self.data.values[:, :samples] - middle
-        if not (np.isfinite(left).all() and np.isfinite(slopes).all()):
-            left = np.where(np.isfinite(left), left, _FAR * float(self.data.values.std()))
-            slopes = np.where(np.isfinite(slopes), slopes, 0.0)
-        return left, slopes
+        far = _FAR * float(self.data.values.std())
+        with np.errstate(invalid="ignore"):
+            lost = ~(np.abs(left) <= far)  # a path that grows without limit
+        return np.where(lost, far, left), np.where(lost | ~np.isfinite(slopes), 0.0, slopes)
 
     def _ends(self, place: int, value: float, step: float) -> tuple[float, ...]:
         """Where the path is compared, in steps: on both sides where there are stops, but not beyond a bound."""

@@ -25,7 +25,7 @@ from springpot.fitting.motion_data import MeasuredRecord
 from springpot.fitting.noise_filter import coloured_square, filtered, lags_of
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NoFitError, Stopped, listed
-from springpot.problem.parts.walls import Stop
+from springpot.problem.parts.walls import Barrier, Stop
 from springpot.problem.system import System
 
 _FIRST = 60  # samples of the first part of a record that grows
@@ -42,9 +42,9 @@ _LONGER, _WORSE = 1.6, 1.3  # of a part to the one before, and of its mean squar
 _LEADS = 2.0, 1.0, 0.5, 0.25, 0.1  # rates of the spring that leads, over the frequency
 _FOLLOWED_AT_FIRST = 0.2
 _GROWN = 1.05  # of the sum of squares, by which another step may have lost the path
-_STARTS, _STARTS_WITHOUT_STOPS, _APART = 8, 2, 0.4  # other starts, and how far they are in the logarithm
+_STARTS, _STARTS_WITHOUT_WALLS, _APART = 8, 2, 0.4  # other starts, and how far they are in the logarithm
 _MOVED = 0.2  # of a standard error: by how much half the step may move a number
-_HALVINGS = 4
+_HALVINGS, _HALVINGS_WITHOUT_STOPS = 4, 8
 _CORNERS = 20.0  # samples in a period from which on straight lines lose less than 1 %
 _FEWEST = 32  # samples in which x and v at the first one are found
 _AT_EXTREME = 10  # samples at the largest value, from which on a record may be clipped
@@ -178,11 +178,13 @@ class DrivenLikelihood(LeastSquares):
         if self._settled or not moves.all():
             return super().solve(begin, moves)
         try:
-            u = self._near(self._followed(begin, moves), moves)
+            u = self._followed(begin, moves)
+            self._check_influence(u)
+            u = self._near(u, moves)
             u = self._interpolated(u, moves)
-            for halving in range(_HALVINGS):
+            for halving in range(most := _HALVINGS if self.system.of(Stop) else _HALVINGS_WITHOUT_STOPS):
                 u = self._whitened(u, moves)
-                if halving + 1 == _HALVINGS or self._is_fine(u):
+                if halving + 1 == most or self._is_fine(u):
                     break
                 before, root = self._squares(u), self._root(u)
                 self._model = self._model.with_step(2 * self._model.driven.every)
@@ -200,7 +202,6 @@ class DrivenLikelihood(LeastSquares):
             self.least = float(np.sum(self.residuals(theta) ** 2)), theta
             raise
         u = self._near(u, moves)
-        self._check_influence(u)
         self._settled = True
         return u
 
@@ -249,7 +250,7 @@ class DrivenLikelihood(LeastSquares):
 
         own, count = self.coordinates, self._model.of_model
         yield begin
-        starts = _STARTS if self.system.of(Stop) else _STARTS_WITHOUT_STOPS
+        starts = _STARTS if self.system.of(Barrier) else _STARTS_WITHOUT_WALLS
         places = qmc.LatinHypercube(count, rng=np.random.default_rng([self._seed, 46])).random(starts)
         for place in 2.0 * places - 1.0:
             away = np.zeros(begin.size)
@@ -310,7 +311,8 @@ class DrivenLikelihood(LeastSquares):
         """Of the covariance of the coordinates, a triangle."""
         residual, slopes = self._evaluated(self._outer(u))
         own = slopes * self.coordinates.slope(self._outer(u))
-        return np.asarray(np.linalg.cholesky(inverse(own.T @ own) * float(residual @ residual) / residual.size))
+        scatter, reach = float(residual @ residual) / residual.size, self.coordinates.high - self.coordinates.low
+        return np.asarray(np.linalg.cholesky(inverse(own.T @ own / scatter + np.diag(4.0 / reach**2))))
 
     def _best_about(self, u: Floats, root: Floats, rng: np.random.Generator, moves: NDArray[np.bool_]) -> Floats:
         """Least squares from the best of many places about one, which run together."""

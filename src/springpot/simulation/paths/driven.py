@@ -35,7 +35,7 @@ from springpot.simulation.plan.motions import motion_of, near_motion_of
 from springpot.simulation.plan.plan import COARSEST, Plan, plan_of
 from springpot.simulation.plan.schemes import scheme_of
 
-_WIDE = 0.15  # on either side of an order: those that have the same rates of memory
+_WIDE = 0.15, 0.02, 0.002  # on either side of an order: those that have the same rates of memory, if such are found
 _NEAR = 0.01  # orders that are never parted
 
 
@@ -190,23 +190,27 @@ class Driven:
         """Sums by the order: near orders have the same rates, so that a small change of one moves no path by a jump."""
         alone, groups = sums_of(self.plan.settings), list[list[float]]()
         for order in sorted({pot.order for system in systems for pot in system.of(Springpot)}):
-            if groups and (order - groups[-1][0] < _WIDE or order - groups[-1][-1] < _NEAR):
+            if groups and (order - groups[-1][0] < _WIDE[0] or order - groups[-1][-1] < _NEAR):
                 groups[-1].append(order)
             else:
                 groups.append([order])
         wide = [own for own in groups if len(own) > 1 and own[0] > 0.0 and own[-1] < 1.0]
-        sums = {order: self._rates_of(own[0], own[-1])(order) for own in wide for order in own}
+        rates = [(own, self._rates_of(own[0], own[-1])) for own in wide]
+        sums = {order: common(order) for own, common in rates if common is not None for order in own}
         return lambda order: sums.get(order) or alone(order)
 
-    def _rates_of(self, low: float, high: float) -> CommonRates:
-        """Rates for all orders between two: those that were used before, if they serve."""
+    def _rates_of(self, low: float, high: float) -> CommonRates | None:
+        """Rates for all orders between two: those that were used before, if they serve; None where there are none."""
         known = next((each for each in self._rates if each.low <= low and high <= each.high), None)
-        if known is None:
-            settings = self.plan.settings
-            ends = max(low - _WIDE, 0.5 * low), min(high + _WIDE, 0.5 * (1.0 + high))
-            span = shared_span(settings.steps + 1)
-            known = common_rates(settings.numerical_scheme.family, *ends, span, settings.memory_tolerance)
+        settings, span = self.plan.settings, shared_span(self.plan.settings.steps + 1)
+        for wide in _WIDE if known is None else ():
+            ends = max(low - wide, 0.5 * low), min(high + wide, 0.5 * (1.0 + high))
+            try:
+                known = common_rates(settings.numerical_scheme.family, *ends, span, settings.memory_tolerance)
+            except ValueError:  # near 0 and 1 a range must be narrow
+                continue
             self._rates.append(known)
+            break
         return known
 
 
