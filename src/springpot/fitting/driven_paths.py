@@ -187,7 +187,7 @@ class DrivenModel:
             ends = self._ends(places[0], theta[places[0]], step)
             with np.errstate(invalid="ignore", over="ignore"):  # a path may grow without limit
                 rises = [(other - middle) / (end * step) for other, end in zip(beside, ends, strict=True)]
-            rise = min(rises, key=lambda each: float(np.sum(each**2)))
+                rise = min(rises, key=lambda each: float(np.nan_to_num(np.abs(each).sum(), nan=np.inf)))
             for n, place in enumerate(places):
                 own = slice(n, n + 1) if len(places) > 1 else slice(None)
                 slopes[place, own] = rise[own]
