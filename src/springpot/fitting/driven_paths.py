@@ -181,13 +181,17 @@ class DrivenModel:
                 sets.append(theta.copy())
                 sets[-1][places] += end * step
         middle, *others = self.expected(sets, samples)
+        far = _FAR * float(self.data.values.std())
         slopes = np.zeros((theta.size, *middle.shape))
         for k, (places, step) in enumerate(moves):
             beside = others[2 * k : 2 * k + 2] if self.has_stops else others[k : k + 1]
             ends = self._ends(places[0], theta[places[0]], step)
-            with np.errstate(invalid="ignore", over="ignore"):  # a path may grow without limit
-                rises = [(other - middle) / (end * step) for other, end in zip(beside, ends, strict=True)]
-                rise = min(rises, key=lambda each: float(np.nan_to_num(np.abs(each).sum(), nan=np.inf)))
+            rises = list[Floats]()
+            for other, end in zip(beside, ends, strict=True):
+                with np.errstate(invalid="ignore"):
+                    rise = other - middle
+                    rises.append(np.where(np.abs(rise) <= far, rise, 0.0) / (end * step))  # 0: grows without limit
+            rise = min(rises, key=lambda each: float(np.abs(each).sum()))
             for n, place in enumerate(places):
                 own = slice(n, n + 1) if len(places) > 1 else slice(None)
                 slopes[place, own] = rise[own]
@@ -198,7 +202,6 @@ class DrivenModel:
             later[place] += (step := -_LATER * self.data.step if theta[place] > 0.0 else _LATER * self.data.step)
             slopes[place] = (self.expected([later], samples)[0] - middle) / step
         left = self.data.values[:, :samples] - middle
-        far = _FAR * float(self.data.values.std())
         with np.errstate(invalid="ignore"):
             lost = ~(np.abs(left) <= far)  # a path that grows without limit
         return np.where(lost, far, left), np.where(lost | ~np.isfinite(slopes), 0.0, slopes)
