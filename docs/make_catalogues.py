@@ -117,7 +117,7 @@ ERRORS = {
     "springpot.theory.NoConvergenceError": (NoConvergenceError, "Take another method, or Monte Carlo."),
     "springpot.machine.faults.FileError": (FileError, "Correct the file at the place that the sentence names."),
     "springpot.machine.faults.NoFitError": (
-        NoFitError, "Check signs and units, give starts that are nearer, or another model; numbers of such a fit would be wrong."
+        NoFitError, "Check signs and units, give starts that are nearer, or another model."
     ),
     "springpot.studies.StoreError": (
         StoreError, "Do what the sentence says: another folder, or the study to which the store belongs."
