@@ -72,9 +72,10 @@ def test_every_file_of_the_page_is_there(server: Server) -> None:
             assert (status, content) == (200, file.read_bytes())
             if file.suffix == ".js":
                 assert headers["content-type"].startswith("text/javascript")
-                # named in the page, or where the cards far below are loaded: a module that is first named by another
-                # one is asked for a round later
-                later = f'import("./{file.name}")' in (static / "js" / "main.js").read_text()
+                # named in the page, or where the cards far below and the charts of the first fit are loaded: a module
+                # that is first named by another one is asked for a round later
+                loaders = [(static / "js" / name).read_text() for name in ("main.js", "fit.js")]
+                later = any(f'import("./{file.name}")' in loader for loader in loaders)
                 assert later or f"/static/{file.relative_to(static)}".encode() in page
 
 
