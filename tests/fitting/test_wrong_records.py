@@ -145,3 +145,9 @@ def test_the_input_acts_as_that_of_a_simulation() -> None:
         assert found.extras["left"] < 0.01 * run.record[0, :, 1, 0].std()
         labels = [axes.get_ylabel() for axes in sp.figures.plot_fit(found).axes]
         assert labels == ["x of lid (m)", "residual (sd)"]
+
+
+def test_more_pieces_than_a_block_has_lanes_are_refused() -> None:
+    time, many = 0.1 * np.arange(64), np.random.default_rng(1).standard_normal((33, 64))
+    with pytest.raises(ValueError, match="values must have at most 32 rows with an input, not 33"):
+        sp.MeasuredRecord(time, many, input=many)

@@ -92,3 +92,14 @@ def test_small_changes_of_the_order_make_small_changes_of_the_path() -> None:
     paths = driven.paths([device(0.5 + shift) for shift in (0.0, 1e-6, 1e-3)], np.zeros((3, 2)))[:, :, 0, 0]
     small, large = (paths[1] - paths[0]) / 1e-6, (paths[2] - paths[0]) / 1e-3
     assert np.abs(small - large).max() < 0.01 * np.abs(large).max()
+
+
+def test_the_memory_of_a_first_part_serves_the_whole() -> None:
+    def device(order: float) -> System:
+        drive = sp.RecordedExcitation(TIME, FORCE, "mass")
+        return with_stub(sp.System(sp.Spring(9.0), sp.Springpot(order, 0.8), drive=drive), "drive", STEP, (FORCE,))
+
+    pair, rest = [device(0.5), device(0.5 + 1e-6)], np.zeros((2, 2))
+    driven = prepared(device(0.5))
+    driven.first(32).paths(pair, rest)  # whose rates are kept
+    np.testing.assert_array_equal(driven.paths(pair, rest), prepared(device(0.5)).paths(pair, rest))

@@ -250,6 +250,8 @@ class MeasuredRecord(Measured):
         if len(own) not in (1, count):
             many = f", or {count}, as many as values have" if count > 1 else ""
             raise ValueError(f"input must have one row{many}, not {len(own)}.")
+        if count > MOST_PIECES:
+            raise ValueError(f"values must have at most {MOST_PIECES} rows with an input, not {count}.")
         if not np.ptp(own, axis=1).all():
             raise ValueError("input must not be constant: nothing drove the device.")
         put(self, input=fixed(np.broadcast_to(own, (count, samples)).copy()))

@@ -89,7 +89,8 @@ class Driven:
         Parameters
         ----------
         systems : sequence of System
-            With the structure of the plan's, and numbers near those of the first.  They have the inputs in turn.
+            With the structure of the plan's, and numbers near those of the first; each as often as there are
+            inputs, one after another.
         starts : ndarray, shape (systems, 2 coordinates)
             x and v at time 0.
         threads : int
@@ -108,7 +109,7 @@ class Driven:
         composed = [known[id(system)] for system in systems]
         for n, parts in enumerate(composed):
             alike.setdefault(common(parts.tables), []).append(n)
-        most = LANES // len(self.inputs)
+        most = LANES // len(self.inputs) * len(self.inputs)
         blocks = [own[n : n + most] for own in alike.values() for n in range(0, len(own), most)]
         points = len(composed[0].points) + len(composed[0].others)
         found = np.empty((len(systems), self.samples, points, 3 if self.accelerates else 2))
@@ -116,7 +117,7 @@ class Driven:
 
         def work() -> None:
             for own in left:
-                found[own] = self._block([composed[n] for n in own], starts[own], own, impulses, stop)
+                found[own] = self._block([composed[n] for n in own], starts[own], impulses, stop)
 
         def halt() -> None:
             stop[0] = 1
@@ -124,27 +125,23 @@ class Driven:
         work_together(work, min(threads, len(blocks)), stop=halt)
         return found
 
-    def _block(
-        self, parts: Sequence[Parts], starts: Floats, numbers: Sequence[int], impulses: Floats,
-        stop: npt.NDArray[np.uint8],
-    ) -> Floats:  # fmt: skip
-        """Of systems that have the common numbers, in lanes of one block; lane n has input n modulo their number."""
-        one, settings, turns = parts[0], self.plan.settings, len(self.inputs)
-        lanes, which = [turns * k + n % turns for k, n in enumerate(numbers)], np.zeros(LANES, np.int64)
-        which[lanes] = np.arange(len(parts))
+    def _block(self, parts: Sequence[Parts], starts: Floats, impulses: Floats, stop: npt.NDArray[np.uint8]) -> Floats:
+        """Of systems that have the common numbers, in the first lanes of a block: lane n has input n % their number."""
+        one, settings, turns, used = parts[0], self.plan.settings, len(self.inputs), len(parts)
+        which = np.arange(LANES) * (np.arange(LANES) < used)
         own = np.stack([each.tables.numbers for each in parts])
         tables = with_common_records(by_lane(one.tables, own, own, which), turns, impulses)
         whole, usual = replace(one, tables=tables), np.repeat([one.units.length, one.units.speed], len(one.points))
         away = np.array([np.repeat([each.place, 0.0], len(one.points)) for each in parts])
-        states, used = (starts / usual - away)[which], max(lanes) + 1
+        states = (starts / usual - away)[which]
         record = np.empty((used, settings.recorded_points, *one.shape_of_state))
         whole.kernel()(
             states, 0, 1, settings, *key_words(settings.seed), 0, False, addresses_of((), (), whole), record, stop,
             np.empty((LANES, len(one.columns))),
         )  # fmt: skip
-        for lane, n in zip(lanes, range(len(parts)), strict=True):
-            record[lane, 0] = parts[n].start_of_record(states[lane : lane + 1])[0]
-        moved = (record[lanes] * one.units.state).reshape(len(parts), settings.recorded_points, -1, 2)
+        for n, each in enumerate(parts):
+            record[n, 0] = each.start_of_record(states[n : n + 1])[0]
+        moved = (record * one.units.state).reshape(used, settings.recorded_points, -1, 2)
         if not self.accelerates:
             return moved
         rate = np.gradient(moved[..., 1], settings.step, axis=1)
@@ -202,7 +199,7 @@ class Driven:
     def _rates_of(self, low: float, high: float) -> CommonRates | None:
         """Rates for all orders between two: those that were used before, if they serve; None where there are none."""
         known = next((each for each in self._rates if each.low <= low and high <= each.high), None)
-        settings, span = self.plan.settings, shared_span(self.plan.settings.steps + 1)
+        settings, span = self.plan.settings, shared_span(len(self.inputs[0]) * self.every)  # also of a first part
         for wide in _WIDE if known is None else ():
             ends = max(low - wide, 0.5 * low), min(high + wide, 0.5 * (1.0 + high))
             try:
