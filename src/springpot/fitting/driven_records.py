@@ -6,8 +6,8 @@ filters residuals and derivatives, and the fit is repeated (generalized least sq
 are 2 to 4 times too small where noise is coloured.
 
 Where a wall or contact is struck the sum of squares has many minima, because paths separate.  So the record is fitted
-from its beginning in growing parts, each from the numbers of the one before, and as a whole, and the smaller sum of
-squares is taken; from other starts too, where neither follows the record.
+as a whole, led along the measured motion, and from its beginning in growing parts, each from the numbers of the one
+before, and the smallest sum of squares is taken; from other starts too, where none of these follows the record.
 """
 
 from __future__ import annotations
@@ -33,14 +33,11 @@ _PARTS = 8  # of a record, in which it may be followed or not
 # rms of what is left over the spread of the record: of a fit that needs no other start, and of none, with and without
 # stops; and of a part over that of the best part
 _FOLLOWED, _LOST_BEHIND_STOPS, _LOST, _UNEVEN = 0.03, 0.15, 0.5, 3.0
-_ROUNDS, _PLACES, _ABOUT = (
-    6,
-    120,
-    (0.5, 1.0, 2.0, 4.0),
-)  # of the search near a minimum, and how far it looks, in standard errors
+_ROUNDS, _PLACES = 6, 120  # of the search near a minimum
+_ABOUT = 0.5, 1.0, 2.0, 4.0  # how far it looks, in standard errors
 _LONGER, _WORSE = 1.6, 1.3  # of a part to the one before, and of its mean square, from which on it is followed worse
 _LEADS = 2.0, 1.0, 0.5, 0.25, 0.1  # rates of the spring that leads, over the frequency
-_FOLLOWED_AT_FIRST = 0.2
+_FOLLOWED_AT_FIRST = 0.2  # rms of what is left over that of the first part, which tells a path that is lost later
 _GROWN = 1.05  # of the sum of squares, by which another step may have lost the path
 _STARTS, _STARTS_WITHOUT_WALLS, _APART = 8, 2, 0.4  # other starts, and how far they are in the logarithm
 _MOVED = 0.2  # of a standard error: by how much half the step may move a number
@@ -48,7 +45,6 @@ _HALVINGS, _HALVINGS_WITHOUT_STOPS = 4, 8
 _CORNERS = 20.0  # samples in a period from which on straight lines lose less than 1 %
 _FEWEST = 32  # samples in which x and v at the first one are found
 _AT_EXTREME = 10  # samples at the largest value, from which on a record may be clipped
-_LAGS = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +106,7 @@ class DrivenLikelihood(LeastSquares):
         self._spreads = [float(data.values[own].std()) for own in self._channels]
         self._filters = [np.zeros(0) for _ in self._channels]
         self._samples, self._settled = data.time.size, False
-        self._last: tuple[object, Floats, Floats] | None = None
+        self._last: tuple[object, tuple[Floats, Floats]] | None = None
         self._is_linear = not system.of(Stop) and all(getattr(part, "is_linear", True) for part in system.parts)
 
     @property
@@ -132,26 +128,25 @@ class DrivenLikelihood(LeastSquares):
         ]
         return [filtered(each, lags) for each, lags in zip(own, self._filters, strict=True)] if whiten else own
 
-    def _evaluated(self, theta: Floats) -> tuple[Floats, Floats]:
-        """Residuals, and the derivatives of what is expected, both filtered; the last ones are kept."""
-        key = theta.tobytes(), self._samples, self._model, tuple(own.tobytes() for own in self._filters)
+    def _at(self, theta: Floats) -> tuple[Floats, Floats]:
+        """What is left of the record, and the derivatives of what is expected; of the last numbers they are kept."""
+        key = theta.tobytes(), self._samples, self._model
         if self._last is None or self._last[0] != key:
-            left, slopes = self._model.compared(theta, self._samples)
-            flat = [np.concatenate([own.ravel() for own in self._compared(each)]) for each in (left, *slopes)]
-            self._last = key, flat[0], np.stack(flat[1:], axis=1)
-        return self._last[1:]
-
-    def residuals(self, theta: Floats) -> Floats:
-        """Of the record over its spread, filtered."""
-        return self._evaluated(theta)[0]
-
-    def sensitivity(self, theta: Floats) -> Floats:
-        """Derivatives of what is expected."""
-        return self._evaluated(theta)[1]
+            self._last = key, self._model.compared(theta, self._samples)
+        return self._last[1]
 
     def _left(self, theta: Floats) -> Floats:
         """The record less what is expected, as it was measured."""
-        return np.asarray(self.data.values[:, : self._samples] - self._model.expected([theta], self._samples)[0])
+        return self._at(theta)[0]
+
+    def residuals(self, theta: Floats) -> Floats:
+        """Of the record over its spread, filtered."""
+        return np.concatenate([own.ravel() for own in self._compared(self._left(theta))])
+
+    def sensitivity(self, theta: Floats) -> Floats:
+        """Derivatives of what is expected."""
+        columns = [np.concatenate([own.ravel() for own in self._compared(slope)]) for slope in self._at(theta)[1]]
+        return np.stack(columns, axis=1)
 
     def constant(self) -> float:
         """What the spreads add."""
@@ -162,7 +157,7 @@ class DrivenLikelihood(LeastSquares):
         """Of the coordinates: of filtered least squares, or of plain ones in coloured noise (the sandwich)."""
         if self.data.weights == "noise":
             return super().covariance(theta, moves)
-        left, slopes = self._model.compared(theta, self._samples)
+        left, slopes = self._at(theta)
         slope, middle = self.coordinates.slope(theta), np.zeros((theta.size, theta.size))
         rows = [self._compared(each) for each in slopes]
         for n, own in enumerate(self._compared(left)):
@@ -210,7 +205,7 @@ class DrivenLikelihood(LeastSquares):
         for turn in range(2):
             before = self._filters
             if self.data.weights == "noise":
-                self._filters = [lags_of(own) for own in self._compared(self._left(self._outer(u)), whiten=False)]
+                self._filters = [lags_of(own) for own in self._rest(u)]
             if turn and not any(own.size for own in (*before, *self._filters)):
                 break
             u = self._again(u, moves)
@@ -309,8 +304,8 @@ class DrivenLikelihood(LeastSquares):
 
     def _root(self, u: Floats) -> Floats:
         """Of the covariance of the coordinates, a triangle."""
-        residual, slopes = self._evaluated(self._outer(u))
-        own = slopes * self.coordinates.slope(self._outer(u))
+        theta = self._outer(u)
+        residual, own = self.residuals(theta), self.sensitivity(theta) * self.coordinates.slope(theta)
         scatter, reach = float(residual @ residual) / residual.size, self.coordinates.high - self.coordinates.low
         return np.asarray(np.linalg.cholesky(inverse(own.T @ own / scatter + np.diag(4.0 / reach**2))))
 
@@ -326,20 +321,20 @@ class DrivenLikelihood(LeastSquares):
     def _squares(self, u: Floats) -> float:
         return float(np.sum(self.residuals(self._outer(u)) ** 2))
 
+    def _rest(self, u: Floats) -> list[Floats]:
+        """What is left of each channel over its spread, as it was measured."""
+        return self._compared(self._left(self._outer(u)), whiten=False)
+
     def _shares(self, u: Floats) -> tuple[float, float, float]:
         """What is left over the spread of the record: of all of it, and of the part where it is most and least."""
-        left = self._compared(self._left(self._outer(u)), whiten=False)
-        shares = [[float(np.sqrt(np.mean(part**2))) for part in np.array_split(own, _PARTS, axis=1)] for own in left]
-        return (
-            max(float(np.sqrt(np.mean(own**2))) for own in left), max(map(max, shares)),
-            max(map(min, shares)),
-        )  # fmt: skip
+        left = self._rest(u)
+        shares = [_by_parts(own) for own in left]
+        return max(float(np.sqrt(np.mean(own**2))) for own in left), max(map(max, shares)), max(map(min, shares))
 
     def _is_followed(self, u: Floats) -> bool:
         """Whether so little is left that no other start is tried."""
         whole, worst, best = self._shares(u)
-        left = self._compared(self._left(self._outer(u)), whiten=False)
-        is_white = not any(lags_of(own).size for own in left)
+        is_white = not any(lags_of(own).size for own in self._rest(u))
         return whole < (_LOST_BEHIND_STOPS if is_white else _FOLLOWED) and worst < _UNEVEN * best
 
     def _is_lost(self, u: Floats) -> bool:
@@ -350,13 +345,11 @@ class DrivenLikelihood(LeastSquares):
 
     def _how_far_off(self, u: Floats, moves: NDArray[np.bool_]) -> str:
         """One sentence, with what may be wrong with the record: its sign or its unit."""
-        theta = self._outer(u)
-        left = self._compared(self._left(theta), whiten=False)
+        left = self._rest(u)
         share = float(np.sqrt(np.mean(np.concatenate([own.ravel() for own in left]) ** 2)))
         said = f"no numbers were found with which the model follows the record: {100.0 * share:.0f} % of it are left"
         seen = self._compared(self.data.values - self.data.values.mean(axis=1, keepdims=True), whiten=False)
-        of_both = zip(*(np.array_split(own[0], _PARTS, axis=1) for own in (left, seen)), strict=True)
-        parts = [float(np.sqrt(np.mean(one**2) / max(float(np.mean(other**2)), 1e-300))) for one, other in of_both]
+        parts = [a / max(b, 1e-300) for a, b in zip(_by_parts(left[0]), _by_parts(seen[0]), strict=True)]
         if parts[0] < _FOLLOWED_AT_FIRST and max(parts) > _LOST:
             place = next(n for n, part in enumerate(parts) if part > _LOST)
             since = self.data.time[place * self._samples // _PARTS]
@@ -408,7 +401,7 @@ class DrivenLikelihood(LeastSquares):
     def _is_fine(self, u: Floats) -> bool:
         """Whether half the step moves no number by more than a small part of its error."""
         theta = self._outer(u)
-        residual, slopes = self._evaluated(theta)
+        residual, slopes = self.residuals(theta), self.sensitivity(theta)
         finer = self._model.with_step(2 * self._model.driven.every)
         left = self.data.values - finer.expected([theta], self._samples)[0]
         change = residual - np.concatenate([own.ravel() for own in self._compared(left)])
@@ -441,7 +434,7 @@ class DrivenLikelihood(LeastSquares):
         from scipy import stats
 
         found = dict[str, tuple[float, str]]()
-        residual, slopes = self._evaluated(theta)
+        residual, slopes = self.residuals(theta), self.sensitivity(theta)
         variance = float(residual @ residual) / max(residual.size - moving, 1)
         extra = self._beyond(theta)
         basis, _ = np.linalg.qr(slopes / np.maximum(np.sqrt((slopes**2).sum(axis=0)), 1e-300))
@@ -455,12 +448,7 @@ class DrivenLikelihood(LeastSquares):
             "what is left depends on the motion or the input: the model lacks something",
         )  # fmt: skip
         if self.data.noise is not None:
-            raw = np.concatenate(
-                [
-                    own.ravel() * s
-                    for own, s in zip(self._compared(self._left(theta), whiten=False), self._spreads, strict=True)
-                ]
-            )
+            raw = self._left(theta)[:, round(self.data.skip / self.data.step) :].ravel()
             chi = float(raw @ raw) / self.data.noise**2
             found["size of the residuals (chi-square)"] = (
                 float(stats.chi2.sf(chi, max(raw.size - moving, 1))), "more is left than the stated noise explains",
@@ -469,7 +457,7 @@ class DrivenLikelihood(LeastSquares):
 
     def _beyond(self, theta: Floats) -> Floats:
         """What a better model might have: powers and products of the motion, and the input earlier and later."""
-        expected = self._model.expected([theta], self._samples)[0]
+        expected = self.data.values[:, : self._samples] - self._left(theta)
         columns = list[Floats]()
         for n, channel in enumerate(self._channels):
             own = expected[channel] - expected[channel].mean()
@@ -503,15 +491,14 @@ class DrivenLikelihood(LeastSquares):
 
     def table(self, theta: Floats) -> Table:
         """Samples, and what the path with the found numbers has in their place."""
-        expected = self._model.expected([theta], self._samples)[0]
+        left = self._left(theta)
         rows, samples = self.data.values.shape
         words = "point" if len(self._channels) > 1 else "piece"
         names = [f"{words} {n + 1}" for n in range(rows)] if rows > 1 else ["path"]
-        left = self.data.values - expected
         sizes = np.maximum(np.sqrt(np.mean(left**2, axis=1, keepdims=True)), 1e-300)
         return Table(
             "time", "s", np.tile(self.data.time, rows), np.repeat(names, samples), self.data.values.ravel(),
-            expected.ravel(), (left / sizes).ravel(),
+            (self.data.values - left).ravel(), (left / sizes).ravel(),
         )  # fmt: skip
 
     def predicted(self, theta: Floats, covariance: Floats, data: MeasuredRecord) -> Prediction:
@@ -553,6 +540,11 @@ class DrivenLikelihood(LeastSquares):
         if data.interpolation is None:
             found._model = found._model.interpolated(self._model.driven.is_sampled)
         return found
+
+
+def _by_parts(rows: Floats) -> list[float]:
+    """Root mean square of each part of rows."""
+    return [float(np.sqrt(np.mean(part**2))) for part in np.array_split(rows, _PARTS, axis=1)]
 
 
 def _pivoted(columns: Floats) -> tuple[Floats, Floats, Floats]:
