@@ -23,14 +23,15 @@ from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 from springpot.simulation.paths.driven import Driven, driven_by, with_stub
-from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.motions import motion_of
+from springpot.simulation.plan.scales import Scales
+from springpot.simulation.plan.schemes import scheme_of
 
 OFFSET, DELAY = "offset", "delay"
 _DRIVE = "measured"  # the name of the part that stands for the input
 _DIFFERENCE = 1e-6  # of a number, by which paths are compared
-_BESIDE_STOPS = (
-    1e-8  # the same, on both sides, where stops make a path jump a little: the smaller difference has no jump
-)
+_BESIDE_STOPS = 1e-8  # the same, on both sides, where stops make a path jump a little: the smaller one has no jump
 _LATER = 1e-3  # of a sample, the same of the delay
 _FAR = 1e3  # residual of a path that grows without limit, over the spread of the record
 _LED = 0.5  # damping ratio of what leads a path to the measured one
@@ -46,8 +47,8 @@ class DrivenModel:
     Attributes
     ----------
     data : MeasuredRecord
-    stub : System
-        The model with a short stub in place of the input.
+    whole, stub : System
+        The model with its input, and with a short stub in place of it.
     driven : Driven
     rows : list of ndarray, shape (coordinates,)
         How each measured point moves with the coordinates.
@@ -252,48 +253,43 @@ def driven_model(system: System, data: MeasuredRecord) -> DrivenModel:
     parts = dict(system.stated())
     drive = RecordedExcitation((0.0, data.step), (1.0, -1.0), data.on)
     whole = System(**parts, **{_DRIVE: drive})
-    driven = _driven(whole, data, None, data.interpolation != "linear")
-    _check_sampling(driven, data)
-    if system.of(Barrier):  # what a step does to an impact grows with every later one
-        driven = _driven(whole, data, _FINER * driven.every, driven.is_sampled)
-    elif not system.of(Stop):  # a search refines the step as far as it matters
-        coarse = max(1, math.ceil(data.step * _frequency(driven.plan) / _COARSE))
-        driven = driven if coarse >= driven.every else _driven(whole, data, coarse, driven.is_sampled)
+    stub = with_stub(whole, _DRIVE, data.step, [*data.input])
+    motion = motion_of(stub)
+    _check_sampling(motion, data)
     model = tuple(free_numbers(system).values())
-    numbers = (*model, *_of_record(system, data, driven, rows))
+    numbers = (*model, *_of_record(system, data, motion.scales, rows))
     names = [number.name for number in numbers]
     if clash := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"{listed(clash)} must not be the name of a free number: a number of the record has it.")
     return DrivenModel(
-        data=data, whole=whole, stub=with_stub(whole, _DRIVE, data.step, [*data.input]), driven=driven, rows=rows,
-        numbers=numbers, of_model=len(model),
+        data=data, whole=whole, stub=stub, rows=rows, numbers=numbers, of_model=len(model),
+        driven=_driven(whole, data, _steps_at_first(motion, data.step), data.interpolation != "linear"),
     )  # fmt: skip
 
 
-def _driven(
-    whole: System, data: MeasuredRecord, every: int | None, is_sampled: bool, inputs: Floats | None = None
-) -> Driven:
+def _driven(whole: System, data: MeasuredRecord, every: int, is_sampled: bool, inputs: Floats | None = None) -> Driven:
     accelerates = any(of == "a" for of, _ in data.channels)
-    return driven_by(
-        whole,
-        _DRIVE,
-        data.step,
-        [*(data.input if inputs is None else inputs)],
-        every=every,
-        is_sampled=is_sampled,
-        accelerates=accelerates,
-    )
+    own = [*(data.input if inputs is None else inputs)]
+    return driven_by(whole, _DRIVE, data.step, own, every=every, is_sampled=is_sampled, accelerates=accelerates)
 
 
-def _frequency(plan: Plan) -> float:
+def _frequency(motion: Motion) -> float:
     """Of the linear springs of a lone mass, where it has some; guesses depend on how large the motion is."""
-    linear = plan.motion.potential is not None and plan.system.stiffness > 0.0
-    return plan.system.natural_frequency if linear else plan.motion.scales.frequency
+    linear = motion.potential is not None and motion.system.stiffness > 0.0
+    return motion.system.natural_frequency if linear else motion.scales.frequency
 
 
-def _check_sampling(driven: Driven, data: MeasuredRecord) -> None:
+def _steps_at_first(motion: Motion, sample: float) -> int:
+    """In a sample, of which a search takes more as far as it matters."""
+    usual = max(1, math.ceil(sample / motion.default_step(scheme_of("default")) - 1e-9))
+    if motion.system.of(Barrier):  # what a step does to an impact grows with every later one
+        return _FINER * usual
+    return usual if motion.system.of(Stop) else min(usual, max(1, math.ceil(sample * _frequency(motion) / _COARSE)))
+
+
+def _check_sampling(motion: Motion, data: MeasuredRecord) -> None:
     """Samples must be frequent and long enough to see the motion that the model has at its start."""
-    period = 2.0 * np.pi / _frequency(driven.plan)
+    period = 2.0 * np.pi / _frequency(motion)
     if period < _FEWEST * data.step:
         raise ValueError(
             f"time must have more than {_FEWEST:g} samples in a period of the model: that is {period:.4g} s at its "
@@ -306,9 +302,9 @@ def _check_sampling(driven: Driven, data: MeasuredRecord) -> None:
         )
 
 
-def _of_record(system: System, data: MeasuredRecord, driven: Driven, rows: Sequence[Floats]) -> Iterator[Free]:
+def _of_record(system: System, data: MeasuredRecord, scales: Scales, rows: Sequence[Floats]) -> Iterator[Free]:
     """Offsets, the delay, and x and v at the first sample, with wide bounds."""
-    scales, points = driven.plan.motion.scales, len(data.channels)
+    points = len(data.channels)
     spreads = [float(data.values[n if points > 1 else slice(None)].std()) for n in range(points)]
     for n, spread in enumerate(spreads if data.offset is None else ()):
         yield Free(0.0, f"{OFFSET}_{n + 1}" if points > 1 else OFFSET, -10.0 * spread, 10.0 * spread)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -75,8 +75,28 @@ def _check_sign(values: object, name: str) -> None:
         raise ValueError(f"{name} must be positive, but all {found.size} points are negative: {cause}, give -{name}.")
 
 
+class _AfterStep(Measured):
+    """What is measured against the time since a step: two columns, checked."""
+
+    time: Any
+    relative_error: float | None
+
+    def __post_init__(self) -> None:
+        (name,) = {own.name for own in fields(self)} - {"time", "relative_error"}  # type: ignore[arg-type]
+        time = positive(self.time, "time")
+        enough(time, "time")
+        check_points(falls(time), time, "time", "must be later than the point before, not {:g}.")
+        put(self, **{"time": time, name: positive(getattr(self, name), name, time.size)})
+        check_number(self, "relative_error", low=0.0, high=1.0, open_low=True, hint="2 % is 0.02.")
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return int(self.time.size)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class MeasuredRelaxation(Measured):
+class MeasuredRelaxation(_AfterStep):
     """The relaxation modulus: stress after a step of the strain, over that step, against time.
 
     Parameters
@@ -110,21 +130,9 @@ class MeasuredRelaxation(Measured):
     modulus: Any
     relative_error: float | None = None
 
-    def __post_init__(self) -> None:
-        time = positive(self.time, "time")
-        enough(time, "time")
-        check_points(falls(time), time, "time", "must be later than the point before, not {:g}.")
-        put(self, time=time, modulus=positive(self.modulus, "modulus", time.size))
-        check_number(self, "relative_error", low=0.0, high=1.0, open_low=True, hint="2 % is 0.02.")
-
-    @property
-    def size(self) -> int:
-        """Number of points."""
-        return int(self.time.size)
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeasuredCreep(Measured):
+class MeasuredCreep(_AfterStep):
     """The creep compliance: strain after a step of the stress, over that step, against time.
 
     Parameters
@@ -157,18 +165,6 @@ class MeasuredCreep(Measured):
     time: Any
     compliance: Any
     relative_error: float | None = None
-
-    def __post_init__(self) -> None:
-        time = positive(self.time, "time")
-        enough(time, "time")
-        check_points(falls(time), time, "time", "must be later than the point before, not {:g}.")
-        put(self, time=time, compliance=positive(self.compliance, "compliance", time.size))
-        check_number(self, "relative_error", low=0.0, high=1.0, open_low=True, hint="2 % is 0.02.")
-
-    @property
-    def size(self) -> int:
-        """Number of points."""
-        return int(self.time.size)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -33,7 +33,6 @@ from springpot.simulation.paths.simulation import addresses_of
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of, near_motion_of
 from springpot.simulation.plan.plan import COARSEST, Plan, plan_of
-from springpot.simulation.plan.schemes import scheme_of
 
 _WIDE = 0.15, 0.02, 0.002  # on either side of an order: those that have the same rates of memory, if such are found
 _NEAR = 0.01  # orders that are never parted
@@ -61,6 +60,8 @@ class Driven:
         In s, by which the inputs come later.
     samples : int
         So many are run, the first ones.
+    points : tuple of ndarray
+        Of each of the inputs, so dense that lines between them are straight.
     """
 
     plan: Plan
@@ -71,8 +72,8 @@ class Driven:
     accelerates: bool = False
     delay: float = 0.0
     samples: int
+    points: tuple[Floats, ...]
     _rates: list[CommonRates] = field(default_factory=list, repr=False)
-    _points: dict[str, list[Floats]] = field(default_factory=dict, repr=False)
 
     def delayed(self, delay: float) -> Driven:
         """The same whose inputs come so much later, in s."""
@@ -157,18 +158,9 @@ class Driven:
         """What acts at the samples, shape (inputs, samples): with the delay."""
         if self.delay == 0.0:
             return np.array(self.inputs)[:, : self.samples]
-        rows, end = self._dense, self.step * (len(self.inputs[0]) - 1)
+        rows, end = self.points, self.step * (len(self.inputs[0]) - 1)
         at = np.linspace(0.0, end, len(self.inputs[0])) - self.delay
         return np.array([np.interp(at[: self.samples], np.linspace(0.0, end, row.size), row) for row in rows])
-
-    @property
-    def _dense(self) -> list[Floats]:
-        """Points of the inputs, between which lines are straight."""
-        if "dense" not in self._points:
-            times: Floats = self.step * np.arange(len(self.inputs[0]), dtype=np.float64)
-            rows = [denser(times, own, self.plan.settings.step)[1] if self.is_sampled else own for own in self.inputs]
-            self._points["dense"] = rows
-        return self._points["dense"]
 
     @cached_property
     def _impulses(self) -> Floats:
@@ -179,7 +171,7 @@ class Driven:
         size = -size if record.of_ground else size / mass
         rows = [
             impulses_of(np.linspace(0.0, end / units.time, own.size), size * own, step, steps, self.delay / units.time)
-            for own in self._dense
+            for own in self.points
         ]
         return np.concatenate([np.pad(row, (0, steps - row.size)) for row in rows])
 
@@ -212,7 +204,7 @@ class Driven:
 
 
 def driven_by(
-    system: System, source: str, step: float, inputs: Sequence[Floats], *, every: int | None = None,
+    system: System, source: str, step: float, inputs: Sequence[Floats], *, every: int,
     is_sampled: bool = True, accelerates: bool = False,
 ) -> Driven:  # fmt: skip
     """Prepare a system to run under a known input.
@@ -226,8 +218,8 @@ def driven_by(
     step : float
         Of the samples of the inputs, in s.
     inputs : sequence of ndarray, shape (samples,)
-    every : int, optional
-        Steps of the kernel in one of these; if it is not given, so few that they are default steps at most.
+    every : int
+        Steps of the kernel in one of these; more are taken where these are too long for any simulation.
     is_sampled, accelerates : bool
         As of `Driven`.
 
@@ -240,23 +232,23 @@ def driven_by(
     --------
     >>> from springpot.problem.parts import RecordedExcitation, Spring
     >>> system = System(Spring(4.0), shaker=RecordedExcitation((0.0, 1.0), (0.0, 0.0), "mass"))
-    >>> driven = driven_by(system, "shaker", 0.1, [np.sin(0.5 * np.arange(50))])
+    >>> driven = driven_by(system, "shaker", 0.1, [np.sin(0.5 * np.arange(50))], every=2)
     >>> path = driven.paths([system], np.zeros((1, 2)))
     >>> path.shape, driven.every
-    ((1, 50, 1, 2), 20)
+    ((1, 50, 1, 2), 2)
     """
     stub = with_stub(system, source, step, inputs)
-    motion = motion_of(stub)
-    count = every or math.ceil(step / motion.default_step(scheme_of("default")) - 1e-9)
-    count = max(count, math.ceil(step * motion.scales.fastest_rate / COARSEST), 1)
+    count = max(every, math.ceil(step * motion_of(stub).scales.fastest_rate / COARSEST))
     steps = (len(inputs[0]) - 1) * count + accelerates
     plan = plan_of(
         stub, duration=step / count * steps, step=step / count, paths=1, record=1,
         record_every=1 if accelerates else count, start="rest", threads=1,
     )  # fmt: skip
+    times: Floats = step * np.arange(len(inputs[0]), dtype=np.float64)
+    points = tuple(denser(times, own, step / count)[1] if is_sampled else own for own in inputs)
     return Driven(
         plan=plan, step=step, every=count, inputs=tuple(inputs), is_sampled=is_sampled, accelerates=accelerates,
-        samples=len(inputs[0]),
+        samples=len(inputs[0]), points=points,
     )  # fmt: skip
 
 
