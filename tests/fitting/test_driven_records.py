@@ -116,10 +116,23 @@ def test_a_wall_is_found_from_numbers_that_are_far_off(seed: int, samples: int) 
         assert found.values[name] == pytest.approx(value, rel=0.03)
 
 
-def test_a_lightly_damped_oscillator_is_found_from_a_wrong_frequency() -> None:
-    found = sp.fit(device("linear", k=14.0, c=1.0), twin("linear", 3))
-    assert found.values["k"] == pytest.approx(9.0, rel=0.01)
-    assert found.values["c"] == pytest.approx(0.4, rel=0.01)
+@pytest.mark.parametrize("on", ["mass", "ground"])
+@pytest.mark.parametrize("mass", [1.0, 300.0])
+def test_a_lightly_damped_oscillator_is_found_from_a_wrong_frequency(on: str, mass: float) -> None:
+    def heavy(k: Any, c: Any, m: Any = mass) -> System:
+        return sp.System(sp.Mass(m), sp.Spring(k), sp.Dashpot(c))
+
+    rng = np.random.default_rng(3)
+    drive = rough_force(1200, rng) * (mass if on == "mass" else 1.0)
+    x = simulated(heavy(9.0 * mass, 0.4 * mass), drive, on)[:, 0]
+    data = sp.MeasuredRecord(
+        STEP * np.arange(1200), x + 0.02 * x.std() * rng.standard_normal(1200), input=drive, on=on, start="rest",
+        interpolation="linear",
+    )  # fmt: skip
+    k, c = sp.free("k", 14.0 * mass, (mass, 100.0 * mass)), sp.free("c", mass, (0.02 * mass, 10.0 * mass))
+    found = sp.fit(heavy(k, c), data)
+    assert found.values["k"] == pytest.approx(9.0 * mass, rel=0.01)
+    assert found.values["c"] == pytest.approx(0.4 * mass, rel=0.01)
 
 
 @pytest.mark.parametrize(
