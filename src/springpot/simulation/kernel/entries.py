@@ -26,5 +26,5 @@ KERNELS, KERNELS_BY_LANE = (
 """The functions of `springpot.simulation.kernel.advance` by the precision of their sweep."""
 
 ENTRIES = (FILL_NORMALS, *KERNELS.values(), KERNELS_BY_LANE["float32"])
-"""What a release makes for each target: all but the kernel by lane in double precision, which fits of records with their
-measured input need, and compile once."""
+"""What a release makes for each target: all but the kernel by lane in double precision, which fits of records with
+their measured input need, and compile once."""
