@@ -1,46 +1,52 @@
-"""A Kalman filter for the samples of one mass that strikes rigid walls or has nonlinear springs and soft contacts.
+"""A filter for the samples of one mass that strikes rigid walls or has nonlinear springs and soft contacts.
 
 The state is s = (x, v, z_1, ..., z_n), with x' = v, v' = -K x - c v - sum w_j z_j + nonlinear forces + white noise
 and z_j' = -s_j z_j + v.  Between impacts the flow is linear and exact: Phi = exp(A t) by its series, and the noise
 adds Q(t), q times the integral of b b' with b = Phi e_v, by Gauss's rule.
 
-**Impact.**  Paths near the mean strike at their own times.  To first order in their deviation d, the impact at
-t + dt, dt = -d_x / v-, brings d to R d + (f+ - R f-) d_x / v-, with R = diag(1, -r, 1, ...) and the drifts f-, f+
-before and after.  That is the saltation matrix X: X_xx = X_vv = -r, X_zx = -(1 + r),
-X_vx = -(1 + r) (K x + sum w_j z_j) / v-; dashpots cancel, because -c v+ - r c v- = 0.
+**Histories.**  The law of the state is a sum of normal laws, one for each history of impacts that the samples allow.
+Each of them is a Kalman filter.  In a substep that may reach a wall it becomes two.  *Free*: the wall was not reached,
+so x is inside at the end.  *Struck*: the free flight x_f would have ended beyond the wall, from x_0 inside.  There the
+state is, to first order in what is left of the substep, x = a - r (x_f - a), v = -r v_f + e (x_f - a),
+z = z_f - (1 + r) (x_f - a), with e = -(1 + r) (K a + sum w_j z_j) / v_f: the saltation matrix.  The next sample
+weighs the two.  Nothing is decided, so no sample is left out and the likelihood has no jumps to speak of.
+
+**Inside.**  That x is inside is a bound on a normal law.  While the mass approaches a wall, the bound of each step
+holds all that were before; the law is kept as it is, and its weight is the probability of the last bound.  Where it
+turns back or strikes, the law is replaced by the normal law of the same mean and covariance within its bounds: one
+bound, or two after an impact (x inside now, x_0 inside before).  Impacts within one substep of the lowest place of a
+path that turns there are not seen: they are slow, and the noise hides them.
 
 **Nonlinear forces** act at both ends of each substep.  Their mean, slope and the rest of their variance are taken over
-the present Gaussian law of x at the three points of Gauss and Hermite, which is exact for a cubic mean.
+the present normal law of x at the three points of Gauss and Hermite, which is exact for a cubic mean.
 
-**Samples near a wall** are folded by it: where the sample is closer to an impact than its uncertainty it is left out.
-Where the impact may as well not have happened (grazing), the wall is switched off, the velocity is unknown, and the
-filter starts again from the first sample that is clear of the wall.  The decision to leave a sample out sees nothing
-but samples before it that were used: windows made afterwards bias the place of the wall.  All decisions are made in
-one pass, ``learn``, and are fixed in all others, where they would make the likelihood jump.
+References
+----------
+Sums of normal laws: Alspach and Sorenson 1972, IEEE Trans. Autom. Control 17, 439.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.cache import cached
 
-USED, LEFT_OUT, DROPPED, RESTART = 0, 1, 2, 3
-"""What becomes of a sample; those that are dropped lie between a grazing impact and the start after it."""
-
 _TERMS = 16  # of the series of exp(A t): 4e-7 where the fastest rate times t is 3
-_NEAR = 2.0  # standard deviations of x, within which a sample may be folded by the wall
-_GRAZING = 3.0  # standard deviations of v, below which an impact may not have happened
-_LONGEST = 8  # samples in a row that are left out, after which the filter starts again
-_MOST = 20  # impacts in a substep
-_HALVINGS = 50
+_MOST = 8  # histories after a substep
+_NEAR = 5.0  # standard deviations of x, within which the wall may be reached
+_SURE = 7.0  # standard deviations, from which a bound changes nothing
+_LEAST = 1e-7  # weight of a history
+_ALIKE = 0.1  # of the sum of their variances, below which the squares of differences of x and v make histories one
+_FREE, _STRUCK = 0, 1
 _NODES, _SHARES = np.polynomial.legendre.leggauss(6)
 _NODES, _SHARES = 0.5 * (_NODES + 1.0), 0.5 * _SHARES
+_FINE_NODES, _FINE_SHARES = np.polynomial.legendre.leggauss(20)
+_FINE_NODES, _FINE_SHARES = 0.5 * (_FINE_NODES + 1.0), 0.5 * _FINE_SHARES
 _COMPILED: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "contract"}, "nogil": True}
 
 
@@ -81,218 +87,380 @@ class Flow(NamedTuple):
         return found
 
 
-class Marks(NamedTuple):
-    """What was decided about samples and steps, a row for each path.
+class Histories(NamedTuple):
+    """Normal laws of the state.
 
     Attributes
     ----------
-    kinds : ndarray of int
-        `USED`, `LEFT_OUT`, `DROPPED` or `RESTART`.
-    walls : ndarray of bool
-        Whether walls act in the step before each sample.
-    widened : ndarray
-        What is added to the variance of v at the beginning of that step.
+    weights : ndarray, shape (n,)
+        Logarithms.
+    means : ndarray, shape (n, size)
+    covs : ndarray, shape (n, size, size)
+    held : ndarray, shape (n,)
+        Probability of the bound that the weight contains and the law does not.
+    walls : ndarray of int, shape (n,)
+        The wall of this bound, or -1.  Within a substep: the wall that is near.
+    hits : ndarray, shape (n,)
+        Impacts so far.
+    kinds : ndarray of int, shape (n,)
+        Within a substep: `_FREE` or `_STRUCK`.
+    clones : ndarray, shape (n, size + 2)
+        Within a substep: covariances with x_0 at its beginning, its mean and its variance.
     """
 
-    kinds: NDArray[np.int8]
-    walls: NDArray[np.bool_]
-    widened: Floats
+    weights: Floats
+    means: Floats
+    covs: Floats
+    held: Floats
+    walls: Any
+    hits: Floats
+    kinds: Any
+    clones: Floats
 
 
 @cached
 @njit(**_COMPILED)
-def filtered(values, step, substeps, seen, noise, start, restart, flow, marks, learn, terms, expected, spread):  # type: ignore[no-untyped-def]
+def filtered(values, step, substeps, seen, noise, start, flow, terms, expected, spread):  # type: ignore[no-untyped-def]
     """Log-likelihood of each sample in ``terms``, what was expected in ``expected`` and ``spread``; number of impacts.
 
     ``seen`` is 0 for x, 1 for v, 2 for the acceleration by the parts; ``noise`` the variance of the measurement,
-    ``start`` the covariance at the first sample, ``restart`` the variance of v after a grazing impact.
+    ``start`` the covariance at the first sample.
     """
     paths, samples = values.shape
     size = 2 + flow.rates.size
-    nonlinear = flow.powers.size > 0 or flow.contacts.shape[0] > 0
     series = _series(flow, size)
-    fine, fine_random = np.empty((size, size)), np.empty((size, size))
-    _advance(series, step / substeps, flow.intensity, fine, fine_random)
-    whole, random = fine.copy(), fine_random.copy()
+    fine, random = np.empty((size, size)), np.empty((size, size))
+    _advance(series, step / substeps, flow.intensity, fine, random)
+    whole, whole_random = fine.copy(), random.copy()
+    room, column = np.empty((size, size)), np.zeros(size)
     for _ in range(substeps - 1):
-        random = fine @ random @ fine.T + fine_random
+        _apply(fine, random, column, whole_random, room)
         whole = fine @ whole
-    mean, kept_mean, kept = np.zeros(size), np.zeros(size), np.zeros((size, size))
-    row, gain, room = np.zeros(size), np.zeros(size), np.empty((size, size))
-    impacts = 0
+    linear = flow.powers.size == 0 and flow.contacts.shape[0] == 0
+    now, then = _histories(_MOST, size), _histories(2 * _MOST, size)
+    impacts = 0.0
     for k in range(paths):
-        mean[:] = 0.0
-        cov = start.copy()
-        unknown = 0.0
-        since, folded, grazed, run = np.inf, 0.0, -1, 0
+        count = 1
+        now.weights[0], now.means[0], now.covs[0], now.hits[0] = 0.0, 0.0, start, 0.0
+        now.held[0], now.walls[0] = 1.0, -1
         for n in range(samples):
-            struck = 0
-            if n > 0:
-                if learn and grazed >= 0:
-                    marks.widened[k, n] = max(unknown - cov[1, 1], 0.0)
-                if not learn or grazed >= 0:
-                    cov[1, 1] += marks.widened[k, n]
-                kept_mean[:] = mean
-                kept[:] = cov
-                on = grazed < 0 if learn else marks.walls[k, n]
-                if nonlinear or (on and _meets(flow, fine, step / substeps, substeps, mean)):
-                    grazing, struck, since, folded = _moved(
-                        flow, series, fine, fine_random, step / substeps, substeps, on, learn, nonlinear, mean, cov,
-                        room, since, folded,
-                    )  # fmt: skip
-                else:
-                    grazing = -1
-                    _apply(whole, random, mean, cov, room)
-                    since += step
-                impacts += struck
-                if learn:
-                    if grazed < 0:
-                        marks.widened[k, n] = 0.0
-                    reach = _NEAR * np.sqrt(cov[0, 0])
-                    if on and struck == 0 and grazing < 0:
-                        for w in range(flow.walls.shape[0]):  # it turned so near that it may have struck
-                            at, side = flow.walls[w, 0], flow.walls[w, 1]
-                            turned = side * kept_mean[1] < 0.0 < side * mean[1]
-                            if run >= _LONGEST or (turned and side * (mean[0] - at) < reach):
-                                grazing = w
-                    if grazing >= 0:
-                        grazed = grazing
-                        j = n - 1  # the approach to it has no impact
-                        while j > 0 and marks.kinds[k, j] == LEFT_OUT and (n - j) * step <= since:
-                            marks.walls[k, j] = False
-                            j -= 1
-                        mean[:] = kept_mean
-                        cov[:] = kept
-                        unknown = _GRAZING**2 * cov[1, 1]
-                        cov[1, 1] += unknown
-                        marks.widened[k, n] = unknown
-                        _moved(
-                            flow, series, fine, fine_random, step / substeps, substeps, False, learn, nonlinear, mean,
-                            cov, room, since, folded,
-                        )  # fmt: skip
-            kind = marks.kinds[k, n]
-            if learn:
-                kind = USED
-                if grazed < 0:
-                    deviation = np.sqrt(cov[0, 0])
-                    for wall in flow.walls:
-                        gap, speed = wall[1] * (mean[0] - wall[0]), wall[1] * mean[1]
-                        if speed < 0.0 and gap < _NEAR * deviation:
-                            kind = LEFT_OUT
-                    if since < folded:
-                        kind = LEFT_OUT
-                    marks.walls[k, n] = struck > 0 or kind == LEFT_OUT or (n > 0 and marks.kinds[k, n - 1] == LEFT_OUT)
-                else:
-                    kind = DROPPED
-                    marks.walls[k, n] = False
-            row[:] = 0.0
-            if seen < 2:
-                row[seen] = 1.0
-                level, more = mean[seen], noise
-            else:
-                level, more = 0.0, noise
-                row[0], row[1] = -flow.stiffness, -flow.damping
-                for j in range(2, size):
-                    row[j] = -flow.weights[j - 2]
-                for j in range(size):
-                    level += row[j] * mean[j]
-                if nonlinear:
-                    force, by_x, by_v, rest = _force(flow, mean, cov)
-                    level += force
-                    row[0] += by_x
-                    row[1] += by_v
-                    more += rest
-            variance = more
-            for i in range(size):
-                gain[i] = 0.0
-                for j in range(size):
-                    gain[i] += cov[i, j] * row[j]
-                variance += row[i] * gain[i]
-            error = values[k, n] - level
-            if kind == DROPPED and learn:  # is the mass clear of the wall?
-                wall = flow.walls[grazed]
-                if seen == 1:
-                    clear = wall[1] * (mean[1] + gain[1] / variance * error) > np.sqrt(flow.intensity * step)
-                else:
-                    place = mean[0] + gain[0] / variance * error
-                    width = max(cov[0, 0] - gain[0] ** 2 / variance, 0.0)
-                    clear = wall[1] * (place - wall[0]) > _NEAR * np.sqrt(width + flow.intensity * step**3)
-                if clear:
-                    kind, grazed, since = RESTART, -1, np.inf
-            marks.kinds[k, n] = kind
-            run = run + 1 if kind == LEFT_OUT else 0
-            terms[k, n] = 0.0
-            expected[k, n], spread[k, n] = level, np.sqrt(variance)
-            if kind == USED:
-                if not variance > 0.0:
+            at_once = linear and substeps > 1 and count == 1 and _is_far(flow, whole, whole_random, step, now)
+            turns = 1 if n == 0 or at_once else substeps
+            duration = 0.0 if n == 0 else step / turns
+            moves, adds = (whole, whole_random) if at_once else (fine, random)
+            for turn in range(turns):
+                found = _branched(flow, duration, moves, adds, now, count, then, room)
+                last = turn == turns - 1
+                if last:
+                    _measured(flow, seen, noise, values[k, n], then, found, expected[k], spread[k], n)
+                total = _inside(flow, then, found)
+                if not total > -np.inf:
                     terms[k, n] = -np.inf
                     return impacts
-                terms[k, n] = -0.5 * (np.log(2.0 * np.pi * variance) + error * error / variance)
-            if kind in (USED, RESTART):
-                for i in range(size):
-                    mean[i] += gain[i] * error / variance
-                    for j in range(size):
-                        cov[i, j] -= gain[i] * gain[j] / variance
-                if kind == RESTART and seen == 0:
-                    mean[1] = 0.0
-                    cov[1, :] = 0.0
-                    cov[:, 1] = 0.0
-                    cov[1, 1] = restart
+                if last:
+                    terms[k, n] = total
+                count = _merged(then, found, total, now)
+        for c in range(count):
+            impacts += np.exp(now.weights[c]) * now.hits[c]
     return impacts
 
 
 @njit(**_COMPILED)
-def _meets(flow, fine, h, substeps, mean):  # type: ignore[no-untyped-def]
-    """Whether the mean meets a wall within a step."""
-    here = mean.copy()
-    powers = np.empty((_TERMS + 1, mean.size))
-    for _ in range(substeps):
-        if _crossing(flow, here, h, powers)[0] >= 0:
-            return True
-        here = fine @ here
-    return False
+def _is_far(flow, whole, random, step, now):  # type: ignore[no-untyped-def]
+    """Whether the only history stays away from all walls for a step."""
+    size, mean, cov = now.means.shape[1], now.means[0], now.covs[0]
+    x, v, variance = 0.0, 0.0, random[0, 0]
+    for i in range(size):
+        x += whole[0, i] * mean[i]
+        v += whole[1, i] * mean[i]
+        for j in range(size):
+            variance += whole[0, i] * cov[i, j] * whole[0, j]
+    reach = _NEAR * np.sqrt(max(variance, cov[0, 0])) + 0.25 * step * (abs(v) + abs(mean[1]))
+    for wall in flow.walls:
+        if wall[1] * (mean[0] - wall[0]) < reach or wall[1] * (x - wall[0]) < reach:
+            return False
+    return now.walls[0] < 0
 
 
 @njit(**_COMPILED)
-def _moved(flow, series, fine, random, h, substeps, on, learn, nonlinear, mean, cov, room, since, folded):  # type: ignore[no-untyped-def]
-    """Move the state by a step.
+def _histories(most, size):  # type: ignore[no-untyped-def]
+    """Room for so many."""
+    return Histories(
+        np.zeros(most), np.zeros((most, size)), np.zeros((most, size, size)), np.ones(most), np.zeros(most, np.int64),
+        np.zeros(most), np.zeros(most, np.int64), np.zeros((most, size + 2)),
+    )  # fmt: skip
 
-    Returns a wall that may not have been struck, or -1; impacts; the time since the last, and how long it folds.
-    """
-    size, struck = mean.size, 0
-    powers = np.empty((_TERMS + 1, size))
-    part, part_random = np.empty((size, size)), np.empty((size, size))
-    for _ in range(substeps):
-        if nonlinear:
-            _kick(flow, 0.5 * h, mean, cov)
-        left, count = h, 0
-        while on and count < _MOST:
-            which, tau = _crossing(flow, mean, left, powers)
-            if which < 0:
-                break
-            wall = flow.walls[which]
-            if tau > 0.0:
-                _advance(series, tau, flow.intensity, part, part_random)
-                _apply(part, part_random, mean, cov, room)
-            if learn:
-                slow = _GRAZING**2 * cov[1, 1] + 2.0 * _NEAR * abs(_pull(flow, wall, mean)) * np.sqrt(cov[0, 0])
-                if mean[1] ** 2 < slow:
-                    return which, struck, since, folded
-            folded = _NEAR * np.sqrt(cov[0, 0]) / abs(mean[1])
-            _strike(flow, wall, mean, cov)
-            since = 0.0
-            left -= tau
-            count += 1
-        struck += count
-        if count == 0:
+
+@njit(**_COMPILED)
+def _branched(flow, h, fine, random, now, count, then, room):  # type: ignore[no-untyped-def]
+    """The free flight of each history in a substep, and beside it the impact, where a wall is near."""
+    size = now.means.shape[1]
+    nonlinear = flow.powers.size > 0 or flow.contacts.shape[0] > 0
+    found = 0
+    for c in range(count):
+        mean, cov, clone = now.means[c], now.covs[c], then.clones[found]
+        if h > 0.0:
+            if nonlinear:
+                _kick(flow, 0.5 * h, mean, cov, clone[:0])
+            clone[size], clone[size + 1] = mean[0], cov[0, 0]
+            clone[:size] = fine @ cov[0]
             _apply(fine, random, mean, cov, room)
+            if nonlinear:
+                _kick(flow, 0.5 * h, mean, cov, clone)
+        wall, least = now.walls[c], _NEAR * np.sqrt(cov[0, 0])
+        if wall < 0:
+            for w in range(flow.walls.shape[0]):
+                gap = flow.walls[w, 1] * (mean[0] - flow.walls[w, 0])
+                if gap < least:
+                    wall, least = w, gap
+        free = found
+        then.weights[free], then.held[free], then.hits[free] = now.weights[c], now.held[c], now.hits[c]
+        then.means[free], then.covs[free], then.walls[free], then.kinds[free] = mean, cov, wall, _FREE
+        found += 1
+        if wall >= 0 and h > 0.0:
+            then.weights[found], then.held[found], then.hits[found] = now.weights[c], now.held[c], now.hits[c] + 1.0
+            then.means[found], then.covs[found], then.walls[found], then.kinds[found] = mean, cov, wall, _STRUCK
+            then.clones[found] = then.clones[free]
+            _strike(flow, flow.walls[wall], h, then.means[found], then.covs[found], then.clones[found])
+            found += 1
+    return found
+
+
+@njit(**_COMPILED)
+def _strike(flow, wall, h, mean, cov, clone):  # type: ignore[no-untyped-def]
+    """The state after an impact, from that after a free flight of a time ``h``."""
+    size, at, side, r = mean.size, wall[0], wall[1], wall[2]
+    deviation = np.sqrt(cov[0, 0])
+    beyond = deviation * _mills(-side * (mean[0] - at) / deviation) - side * (mean[0] - at)  # of those that struck
+    back = cov[0, 1] / cov[0, 0]
+    speed = -side * (mean[1] + back * (at - side * beyond - mean[0]))
+    speed = max(speed, 0.5 * np.sqrt(max(cov[1, 1] - back * cov[0, 1], 0.0)))
+    left = min(max(beyond / speed, 0.0), h)
+    turn = (1.0 + r) * _pull(flow, wall, mean) / (side * speed)
+    depth = mean[0] - at
+    mean[0], mean[1] = at - r * depth, turn * depth - r * mean[1]
+    mean[2:] -= (1.0 + r) * depth
+    for j in range(size):
+        x, v = cov[0, j], cov[1, j]
+        cov[0, j], cov[1, j] = -r * x, turn * x - r * v
+        for i in range(2, size):
+            cov[i, j] -= (1.0 + r) * x
+    for j in range(size):
+        x, v = cov[j, 0], cov[j, 1]
+        cov[j, 0], cov[j, 1] = -r * x, turn * x - r * v
+        for i in range(2, size):
+            cov[j, i] -= (1.0 + r) * x
+    x, v = clone[0], clone[1]
+    clone[0], clone[1] = -r * x, turn * x - r * v
+    clone[2:size] -= (1.0 + r) * x
+    more = (1.0 - r * r) * flow.intensity  # the noise after the impact is not reflected
+    cov[1, 1] += more * left
+    cov[0, 1] += more * left**2 / 2.0
+    cov[1, 0] = cov[0, 1]
+    cov[0, 0] += more * left**3 / 3.0
+
+
+@njit(**_COMPILED)
+def _measured(flow, seen, noise, value, then, found, expected, spread, n):  # type: ignore[no-untyped-def]
+    """Each law, with its weight, given a sample; what was expected of it."""
+    size = then.means.shape[1]
+    nonlinear = flow.powers.size > 0 or flow.contacts.shape[0] > 0
+    row, gain = np.zeros(size), np.zeros(size)
+    shares, first, second = 0.0, 0.0, 0.0
+    for c in range(found):
+        mean, cov, clone = then.means[c], then.covs[c], then.clones[c]
+        row[:] = 0.0
+        variance = noise
+        if seen < 2:
+            row[seen] = 1.0
+            level = mean[seen]
         else:
-            _advance(series, left, flow.intensity, part, part_random)
-            _apply(part, part_random, mean, cov, room)
-        since += left
-        if nonlinear:
-            _kick(flow, 0.5 * h, mean, cov)
-    return -1, struck, since, folded
+            row[0], row[1], row[2:] = -flow.stiffness, -flow.damping, -flow.weights
+            level = 0.0
+            for j in range(size):
+                level += row[j] * mean[j]
+            if nonlinear:
+                force, by_x, by_v, rest = _force(flow, mean, cov)
+                level += force
+                row[0] += by_x
+                row[1] += by_v
+                variance += rest
+        for i in range(size):
+            gain[i] = 0.0
+            for j in range(size):
+                gain[i] += cov[i, j] * row[j]
+            variance += row[i] * gain[i]
+        share = np.exp(then.weights[c])
+        if then.walls[c] >= 0:
+            wall = flow.walls[then.walls[c]]
+            share *= _probability(wall[1] * (mean[0] - wall[0]) / np.sqrt(cov[0, 0])) / then.held[c]
+        shares += share
+        first += share * level
+        second += share * (variance + level * level)
+        error, own = value - level, 0.0
+        for j in range(size):
+            own += clone[j] * row[j]
+        clone[size] += own * error / variance
+        clone[size + 1] -= own * own / variance
+        for i in range(size):
+            clone[i] -= own * gain[i] / variance
+            mean[i] += gain[i] * error / variance
+            for j in range(size):
+                cov[i, j] -= gain[i] * gain[j] / variance
+        then.weights[c] -= 0.5 * (np.log(2.0 * np.pi * variance) + error * error / variance)
+    first /= shares
+    expected[n], spread[n] = first, np.sqrt(max(second / shares - first * first, 1e-300))
+
+
+@njit(**_COMPILED)
+def _inside(flow, then, found):  # type: ignore[no-untyped-def]
+    """Laws and weights given that x is inside of the walls; the logarithm of the sum of the weights."""
+    most = -np.inf
+    for c in range(found):
+        if then.walls[c] >= 0:
+            wall, mean, cov, held = flow.walls[then.walls[c]], then.means[c], then.covs[c], then.held[c]
+            leaving = wall[1] * mean[1] / np.sqrt(max(cov[1, 1], 1e-300))
+            pending = False
+            if then.kinds[c] == _STRUCK:
+                factor = _bounded_twice(mean, cov, then.clones[c], wall[0], wall[1]) / held
+                factor *= _probability(wall[1] * mean[1] / np.sqrt(max(cov[1, 1], 1e-300)))
+            elif leaving < 0.0:
+                gap = wall[1] * (mean[0] - wall[0]) / np.sqrt(cov[0, 0])
+                now = max(_probability(gap), 1e-300)
+                factor = now / held
+                pending = gap < _SURE
+                if pending:
+                    then.held[c] = now
+            else:
+                now = _bounded(mean, cov, wall[0], wall[1])
+                factor = min(now / held, 1.0) if held < 1.0 else now + (1.0 - now) * _probability(leaving)
+            if not pending:
+                then.held[c], then.walls[c] = 1.0, -1
+            then.weights[c] += np.log(factor)
+        most = max(most, then.weights[c])
+    if not most > -np.inf:
+        return most
+    total = 0.0
+    for c in range(found):
+        total += np.exp(then.weights[c] - most)
+    return most + np.log(total)
+
+
+@njit(**_COMPILED)
+def _merged(then, found, total, now):  # type: ignore[no-untyped-def]
+    """The histories that go on, the heaviest first; those that are alike are one."""
+    size, count = then.means.shape[1], 0
+    for _ in range(found):
+        c = np.argmax(then.weights[:found])
+        share = np.exp(then.weights[c] - total)
+        then.weights[c] = -np.inf
+        if share < _LEAST:
+            break
+        mean, cov, alone = then.means[c], then.covs[c], True
+        for d in range(count):
+            if then.walls[c] >= 0 or now.walls[d] >= 0:
+                continue
+            x, v = mean[0] - now.means[d, 0], mean[1] - now.means[d, 1]
+            wide_x, wide_v = cov[0, 0] + now.covs[d, 0, 0], cov[1, 1] + now.covs[d, 1, 1]
+            if x * x < _ALIKE * wide_x and v * v < _ALIKE * wide_v:
+                own = share / (now.weights[d] + share)
+                for i in range(size):
+                    for j in range(size):
+                        apart = (mean[i] - now.means[d, i]) * (mean[j] - now.means[d, j])
+                        now.covs[d, i, j] += own * (cov[i, j] - now.covs[d, i, j]) + own * (1.0 - own) * apart
+                now.means[d] += own * (mean - now.means[d])
+                now.hits[d] += own * (then.hits[c] - now.hits[d])
+                now.weights[d] += share
+                alone = False
+                break
+        if alone and count < now.weights.size:
+            now.weights[count], now.means[count], now.covs[count], now.hits[count] = share, mean, cov, then.hits[c]
+            now.held[count], now.walls[count] = then.held[c], then.walls[c]
+            count += 1
+    total = now.weights[:count].sum()
+    now.weights[:count] = np.log(now.weights[:count] / total)
+    return count
+
+
+@njit(**_COMPILED)
+def _probability(z):  # type: ignore[no-untyped-def]
+    """That a standard normal number is below z."""
+    return 0.5 * math.erfc(-z * math.sqrt(0.5))
+
+
+@njit(**_COMPILED)
+def _mills(z):  # type: ignore[no-untyped-def]
+    """The normal density at z over the probability below it."""
+    if z < -8.0:
+        return -z - 1.0 / z
+    return math.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi) / _probability(z)
+
+
+@njit(**_COMPILED)
+def _bounded(mean, cov, at, side):  # type: ignore[no-untyped-def]
+    """The probability that x is inside; mean and covariance become those of the law given that it is."""
+    deviation = math.sqrt(cov[0, 0])
+    gap = side * (mean[0] - at) / deviation
+    if gap > _SURE:
+        return 1.0
+    slope = cov[:, 0] / deviation
+    ratio = _mills(gap)
+    less = min(ratio * (ratio + gap), 0.999)
+    mean += side * ratio * slope
+    for i in range(mean.size):
+        for j in range(mean.size):
+            cov[i, j] -= less * slope[i] * slope[j]
+    return _probability(gap)
+
+
+@njit(**_COMPILED)
+def _bounded_twice(mean, cov, clone, at, side):  # type: ignore[no-untyped-def]
+    """The same where x_0, at the beginning of the substep, was inside as well.
+
+    Moments of (x, x_0) are integrals over x by Gauss's rule; the rest of the state follows by its regression on them.
+    """
+    size = mean.size
+    variance, own = cov[0, 0], max(clone[size + 1], 1e-300)
+    gap, gap_0 = side * (mean[0] - at), side * (clone[size] - at)
+    if gap_0 > _SURE * math.sqrt(own):
+        return _bounded(mean, cov, at, side)
+    deviation, slope = math.sqrt(variance), clone[0] / variance
+    rest = math.sqrt(max(own - clone[0] * slope, 1e-6 * own))
+    low, high = max(0.0, gap - _SURE * deviation), gap + _SURE * deviation
+    if slope < 0.0:
+        high = min(high, gap - (gap_0 + _SURE * rest) / slope)
+    elif slope > 0.0:
+        low = max(low, gap - (gap_0 + _SURE * rest) / slope)
+    if not high > low:
+        return 0.0
+    whole, x, xx, y, yy, xy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for node, share in zip(_FINE_NODES, _FINE_SHARES):  # noqa: B905
+        here = low + (high - low) * node
+        middle = gap_0 + slope * (here - gap)
+        weight = share * (high - low) * math.exp(-0.5 * ((here - gap) / deviation) ** 2) * _probability(middle / rest)
+        ratio = _mills(middle / rest)
+        there = middle + rest * ratio
+        whole += weight
+        x += weight * here
+        xx += weight * here * here
+        y += weight * there
+        yy += weight * (middle * there + rest * rest)
+        xy += weight * here * there
+    if not whole > 1e-290:
+        return 0.0
+    x, xx, y, yy, xy = x / whole, xx / whole, y / whole, yy / whole, xy / whole
+    own = rest * rest + clone[0] * slope
+    less_x, less_xy, less_y = variance - (xx - x * x), clone[0] - (xy - x * y), own - (yy - y * y)
+    by_x, by_y = np.empty(size), np.empty(size)
+    for i in range(size):
+        by_y[i] = side * (clone[i] - slope * cov[i, 0]) / (rest * rest)
+        by_x[i] = side * cov[i, 0] / variance - slope * by_y[i]
+    mean += by_x * (x - gap) + by_y * (y - gap_0)
+    for i in range(size):
+        for j in range(size):
+            cov[i, j] -= by_x[i] * (less_x * by_x[j] + less_xy * by_y[j])
+            cov[i, j] -= by_y[i] * (less_xy * by_x[j] + less_y * by_y[j])
+    return whole / (deviation * math.sqrt(2.0 * math.pi))
 
 
 @njit(**_COMPILED)
@@ -366,81 +534,6 @@ def _apply(phi, random, mean, cov, room):  # type: ignore[no-untyped-def]
 
 
 @njit(**_COMPILED)
-def _place(powers, t):  # type: ignore[no-untyped-def]
-    """x and v of the mean at a time, from its series."""
-    x, v = powers[_TERMS, 0], powers[_TERMS, 1]
-    for k in range(_TERMS - 1, -1, -1):
-        x, v = x * t + powers[k, 0], v * t + powers[k, 1]
-    return x, v
-
-
-@njit(**_COMPILED)
-def _crossing(flow, mean, left, powers):  # type: ignore[no-untyped-def]
-    """The wall that the mean meets first in the time that is left, and when; -1 if none."""
-    size = mean.size
-    powers[0] = mean
-    for k in range(1, _TERMS + 1):
-        powers[k, 0] = powers[k - 1, 1] / k
-        pulled = flow.stiffness * powers[k - 1, 0] + flow.damping * powers[k - 1, 1]
-        for i in range(2, size):
-            pulled += flow.weights[i - 2] * powers[k - 1, i]
-            powers[k, i] = (powers[k - 1, 1] - flow.rates[i - 2] * powers[k - 1, i]) / k
-        powers[k, 1] = -pulled / k
-    last_v = _place(powers, left)[1]
-    which, first = -1, left
-    for w in range(flow.walls.shape[0]):
-        at, side = flow.walls[w, 0], flow.walls[w, 1]
-        gap, speed = side * (mean[0] - at), side * mean[1]
-        if gap <= 0.0:
-            if speed < 0.0:
-                return w, 0.0
-            continue
-        low, high = 0.0, left
-        if speed * side * last_v < 0.0:  # it turns in between
-            a, b = 0.0, left
-            for _ in range(_HALVINGS):
-                t = 0.5 * (a + b)
-                if side * _place(powers, t)[1] * speed > 0.0:
-                    a = t
-                else:
-                    b = t
-            if speed < 0.0:
-                high = b  # the lowest place
-            else:
-                low = a
-        if side * (_place(powers, high)[0] - at) >= 0.0:
-            continue
-        for _ in range(_HALVINGS):
-            t = 0.5 * (low + high)
-            if side * (_place(powers, t)[0] - at) > 0.0:
-                low = t
-            else:
-                high = t
-        if high <= first:
-            which, first = w, high
-    return which, first
-
-
-@njit(**_COMPILED)
-def _strike(flow, wall, mean, cov):  # type: ignore[no-untyped-def]
-    """The impact of the mean, and of the paths near it."""
-    size, r = mean.size, wall[2]
-    turn = -(1.0 + r) * _pull(flow, wall, mean) / mean[1]
-    mean[0] = wall[0] - r * (mean[0] - wall[0])
-    mean[1] = -r * mean[1]
-    for j in range(size):
-        x, v = cov[0, j], cov[1, j]
-        cov[0, j], cov[1, j] = -r * x, turn * x - r * v
-        for i in range(2, size):
-            cov[i, j] -= (1.0 + r) * x
-    for j in range(size):
-        x, v = cov[j, 0], cov[j, 1]
-        cov[j, 0], cov[j, 1] = -r * x, turn * x - r * v
-        for i in range(2, size):
-            cov[j, i] -= (1.0 + r) * x
-
-
-@njit(**_COMPILED)
 def _at(flow, x):  # type: ignore[no-untyped-def]
     """Nonlinear force f and damping d at a place: the acceleration is f - d v."""
     force, damping = 0.0, 0.0
@@ -473,7 +566,7 @@ def _force(flow, mean, cov):  # type: ignore[no-untyped-def]
 
 
 @njit(**_COMPILED)
-def _kick(flow, t, mean, cov):  # type: ignore[no-untyped-def]
+def _kick(flow, t, mean, cov, clone):  # type: ignore[no-untyped-def]
     """What the nonlinear forces do in a time t."""
     force, by_x, by_v, rest = _force(flow, mean, cov)
     size = mean.size
@@ -485,3 +578,5 @@ def _kick(flow, t, mean, cov):  # type: ignore[no-untyped-def]
     for j in range(size):
         cov[j, 1] = a * cov[j, 0] + b * cov[j, 1]
     cov[1, 1] += own**2 * rest
+    if clone.size:
+        clone[1] = a * clone[0] + b * clone[1]

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.fitting.impact_filter import USED, Flow, Marks, filtered
+from springpot.fitting.impact_filter import Flow, filtered
 from springpot.fitting.likelihood import Coordinates, Likelihood, Table, inverse, moved
 from springpot.fitting.motion_data import MeasuredRecord
 from springpot.fitting.records import checks_of, with_noise
@@ -44,14 +44,13 @@ _NODES, _SHARES = np.polynomial.hermite_e.hermegauss(16)
 _SHARES = _SHARES / _SHARES.sum()
 _POSITIONS = 60  # of a wall, from the best of which a search starts where x was not measured
 _STEPS, _GAIN = 40, 1e-3  # of a search at most, and the log-likelihood to be gained where it ends
-_ROUNDS, _MORE_ROUNDS = (_STEPS, _STEPS), (4, 4, 8, _STEPS, _STEPS)  # each with its own marks; more if x was not seen
+_AT_WALLS = 2  # substeps at least, where a wall is struck
 _LONGEST = 0.7  # step of a logarithm
-_SLOPE = 1e-4  # step of differences: of a logarithm, or of a number over its size
+_SLOPE = 1e-3  # step of differences: of a logarithm, or of a number over its size
 _DAMPED, _MOST_DAMPED = 1e-3, 1e8
 _WIDE = 4.0  # variances, for what is not known at a start
 _TURNS = 40  # of the equivalent stiffness
 _THREADS = 2
-_MOST_LEFT_OUT = 0.1  # of the samples, in a fit that can be trusted
 
 
 class NonlinearRecordLikelihood(Likelihood):
@@ -67,6 +66,7 @@ class NonlinearRecordLikelihood(Likelihood):
     """
 
     smooth_start = True
+    _settled = False  # whether the substeps are chosen for good
 
     def __init__(self, system: System, data: MeasuredRecord, stop: Callable[[], bool] | None = None) -> None:
         _check(system, data)
@@ -82,10 +82,9 @@ class NonlinearRecordLikelihood(Likelihood):
         if data.of == "x":
             free = _from_lowest(system, free, data.values)
         self.coordinates = Coordinates(free)
-        self._frozen = False
+        self._prepare(self.coordinates.outer(self.coordinates.start))
         if data.of != "x":
             self.coordinates = Coordinates(self._with_best_positions())
-        self._mark(self.coordinates.outer(self.coordinates.start))
 
     def flow(self, theta: Floats) -> tuple[Flow, float]:
         """The motion of the mass, and the standard deviation of the measurement noise."""
@@ -94,7 +93,7 @@ class NonlinearRecordLikelihood(Likelihood):
         return flow_of(restarted(self.system, named), self._rates), noise
 
     def _with_best_positions(self) -> tuple[Free, ...]:
-        """Free positions of walls start where the other numbers, as they are, agree best with the samples used."""
+        """Free positions of walls start where the other numbers, as they are, agree best with the samples."""
         free = self.coordinates.free
         theta = np.array([float(number) for number in free])
         for name in (wall.position.name for wall in self.system.of(Barrier) if isinstance(wall.position, Free)):
@@ -102,14 +101,12 @@ class NonlinearRecordLikelihood(Likelihood):
             found = []
             for at in np.linspace(free[place].low, free[place].high, _POSITIONS):
                 theta[place] = at
-                self._mark(theta)
-                terms, used = self._run(theta)[0], self._marks.kinds == USED
-                found.append((float(terms[used].mean()) if 2 * used.sum() > used.size else -math.inf, float(at)))
+                found.append((-self.deviance(theta), float(at)))
             theta[place] = max(found)[1]
         return moved(free, theta)
 
-    def _mark(self, theta: Floats) -> None:
-        """Decide at these numbers which samples are left out, and how long the substeps are."""
+    def _prepare(self, theta: Floats) -> None:
+        """Choose the substeps, and what is known before the first sample, for numbers like these."""
         flow, _ = self.flow(theta)
         step, values = self.data.step, self._values
         self._more = equivalent_stiffness(flow, float(values.std()))
@@ -117,28 +114,24 @@ class NonlinearRecordLikelihood(Likelihood):
         place = float(np.abs(values).max()) if self._seen == 0 else 4.0 * math.sqrt(start[0, 0])
         rate = max(math.sqrt(max(flow.stiffness, 0.0)), flow.damping, *flow.rates / _FASTER)
         stiffest = max(slope_of(flow, place), slope_of(flow, -place), 0.0)
-        self._substeps = math.ceil(_FASTER * step * max(rate / _FLOW_STEP, math.sqrt(stiffest) / _KICK_STEP))
-        self._spread = _WIDE * (float(values.var()) if self._seen == 0 else start[0, 0])
-        self._restart = _WIDE * (float(np.diff(values).var()) / step**2 if self._seen == 0 else start[1, 1])
-        shape = values.shape
-        self._marks = Marks(np.zeros(shape, np.int8), np.zeros(shape, bool), np.zeros(shape))
-        self.impacts = self._run(theta, learn=True)[3]
-        self.least = None  # of other marks
+        fine = math.ceil(_FASTER * step * max(rate / _FLOW_STEP, math.sqrt(stiffest) / _KICK_STEP))
+        self._substeps = max(fine, _AT_WALLS) if flow.walls.size else fine
+        self._spread = _WIDE * float(values.var()) if self._seen == 0 else 0.0
+        self.least = None  # of other substeps
 
-    def _run(self, theta: Floats, learn: bool = False) -> tuple[Floats, Floats, Floats, int]:
+    def _run(self, theta: Floats) -> tuple[Floats, Floats, Floats, float]:
         """Of each sample: its log-likelihood, what was expected and how surely; and the number of impacts."""
         flow, noise = self.flow(theta)
         start = stationary(flow, self._more)
         start[0, 0] += self._spread
         terms, expected, spread = (np.zeros(self._values.shape) for _ in range(3))
         impacts = filtered(
-            self._values, self.data.step, self._substeps, self._seen, noise**2, start, self._restart, flow,
-            self._marks, learn, terms, expected, spread,
-        )  # fmt: skip
-        return terms, expected, spread, int(impacts)
+            self._values, self.data.step, self._substeps, self._seen, noise**2, start, flow, terms, expected, spread
+        )
+        return terms, expected, spread, float(impacts)
 
     def deviance(self, theta: Floats) -> float:
-        """-2 ln L of the samples that are used."""
+        """-2 ln L of the samples."""
         self.ask()
         found = -2.0 * float(self._run(theta)[0].sum())
         found = found if math.isfinite(found) else math.inf
@@ -146,36 +139,33 @@ class NonlinearRecordLikelihood(Likelihood):
         return found
 
     def solve(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
-        """By Levenberg's steps with the information of the scores; the first time with new marks after each search."""
+        """By Levenberg's steps with the information of the scores, twice: the second time with its own substeps."""
         u = np.clip(begin, self.coordinates.low, self.coordinates.high)
-        if not moves.any():
-            return u
-        rounds = (_STEPS,) if self._frozen else _ROUNDS if self._seen == 0 else _MORE_ROUNDS
-        for steps in rounds:
-            if not self._frozen:
-                self._mark(self.coordinates.outer(u))
-            u = self._climbed(u, moves, steps)
-        self._frozen = True
+        if moves.any():
+            for _ in range(1 if self._settled else 2):
+                if not self._settled:
+                    self._prepare(self.coordinates.outer(u))
+                u = self._climbed(u, moves)
+            self._settled = True
         return u
 
-    def _climbed(self, u: Floats, moves: NDArray[np.bool_], steps: int) -> Floats:
+    def _climbed(self, u: Floats, moves: NDArray[np.bool_]) -> Floats:
         own, damped = self.coordinates, _DAMPED
         low, high = own.low, own.high
         reach = np.where(own.logarithmic, _LONGEST, 0.3 * (high - low))
         here = -0.5 * self.deviance(own.outer(u))
-        for _ in range(steps):
+        for _ in range(_STEPS):
             scores = self._scores(u)
             slope = scores.sum(axis=0)
             going = moves & ~((u <= low) & (slope < 0.0)) & ~((u >= high) & (slope > 0.0))
             if not going.any():
                 return u
             information = scores.T @ scores
-            part, size = information[np.ix_(going, going)], np.maximum(np.diag(information)[going], 1e-12)
+            information[np.diag_indices_from(information)] += 1e-12
             while damped < _MOST_DAMPED:
-                way = np.zeros(u.size)
-                way[going] = np.linalg.solve(part + damped * np.diag(size), slope[going])
-                way /= max(1.0, float(np.max(np.abs(way) / reach)))
-                there = np.clip(u + way, low, high)
+                most = np.where(going, np.minimum(reach, high - u), 0.0)
+                least = np.where(going, np.maximum(-reach, low - u), 0.0)
+                there = u + _boxed(information + damped * np.diag(np.diag(information)), slope, least, most)
                 value = -0.5 * self.deviance(own.outer(there))
                 if value > here:
                     break
@@ -211,31 +201,38 @@ class NonlinearRecordLikelihood(Likelihood):
     def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
         """Whether the innovations are independent and Gaussian."""
         _, expected, spread, _ = self._run(theta)
-        innovations = np.where(self._marks.kinds == USED, (self._values - expected) / spread, 0.0)
         return checks_of(
-            innovations, moving, "the motion has another law: a wall or nonlinear part that the model lacks"
-        )
-
-    def doubts(self, theta: Floats) -> tuple[str, ...]:
-        """Whether it was stopped, or has left out so much that the search may have ended elsewhere."""
-        share = float((self._marks.kinds != USED).mean())
-        if share < _MOST_LEFT_OUT:
-            return super().doubts(theta)
-        return *super().doubts(theta), (
-            f"{100.0 * share:.0f} % of the samples were left out beside impacts: the search has probably failed. Start "
-            "nearer to what is known, or with narrower bounds."
+            (self._values - expected) / spread,
+            moving,
+            "the motion has another law: a wall or nonlinear part that the model lacks",
         )
 
     def table(self, theta: Floats) -> Table:
-        """Samples that were used, and what was expected from those before."""
+        """Samples, and what was expected from those before."""
         _, expected, spread, _ = self._run(theta)
         paths, samples = self._values.shape
         names = [f"path {k}" for k in range(paths)] if paths > 1 else ["path"]
-        used = self._marks.kinds.ravel() == USED
         return Table(
-            "time", "s", np.tile(self.data.time, paths)[used], np.repeat(names, samples)[used],
-            self._values.ravel()[used], expected.ravel()[used], ((self._values - expected) / spread).ravel()[used],
+            "time", "s", np.tile(self.data.time, paths), np.repeat(names, samples), self._values.ravel(),
+            expected.ravel(), ((self._values - expected) / spread).ravel(),
         )  # fmt: skip
+
+
+def _boxed(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Floats:
+    """The step to the maximum of slope' w - w' matrix w / 2 with w in a box: what would leave it stays at its end.
+
+    So a number that the data hardly know, whose own step would be huge, does not make the others' steps small.
+    """
+    found, free = np.zeros(slope.size), high > low
+    while free.any():
+        rest = slope[free] - matrix[np.ix_(free, ~free)] @ found[~free]
+        found[free] = np.linalg.solve(matrix[np.ix_(free, free)], rest)
+        out = free & ((found < low) | (found > high))
+        if not out.any():
+            break
+        found = np.clip(found, low, high)
+        free &= ~out
+    return found
 
 
 def flow_of(system: System, rates: Floats) -> Flow:
@@ -366,11 +363,6 @@ def _check(system: System, data: MeasuredRecord) -> None:
             raise NotCoveredError(f"{_REACH}, not {name}.")
         if isinstance(part, Barrier) and callable(part.restitution):
             raise NotCoveredError(f"{_REACH}, not the law of restitution of {name}.")
-        if data.of == "v" and isinstance(part, Barrier):
-            raise NotCoveredError(
-                f"the velocity of a mass that strikes {name} is not covered by a fit of a record: give displacements, "
-                "or accelerations under noise of the ground."
-            )
         if data.of == "a" and isinstance(part, WhiteNoise) and not part.of_ground:
             raise NotCoveredError(
                 f"the acceleration under {name} on the mass has no finite variance, so it has no samples."

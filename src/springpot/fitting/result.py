@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 _DOUBTFUL = 0.01
 _LARGEST_OF_ORDER = 0.1  # standard error
 _BESIDE_ORDER = 0.9  # correlation with a vague order, from which an interval is that of a profile
+_WIDENED = 3  # profiles at most, each three times as wide
 _PROFILED = 11  # points of a profile of which only the interval is shown
 _MOST_WALKERS = 100_000
 
@@ -239,8 +240,7 @@ class Fit:
     def log_likelihood(self, numbers: ArrayLike | Mapping[str, float]) -> float:
         """The logarithm of the likelihood at any numbers, for samplers such as emcee.
 
-        Where the scatter of the data is not known, it is the one that agrees best at these numbers.  Of a record with
-        walls it is the likelihood of the samples that the fit used, whatever the numbers are.
+        Where the scatter of the data is not known, it is the one that agrees best at these numbers.
 
         Parameters
         ----------
@@ -433,7 +433,8 @@ class Fit:
         ----------
         name : str
         points : int
-            Number of values, within four standard errors and the bounds.
+            Number of values, within four standard errors and the bounds; within three times as many, or nine, where
+            the fit is not clearly worse there.
 
         Returns
         -------
@@ -458,15 +459,19 @@ class Fit:
         if isinstance(points, bool) or not isinstance(points, int) or points < 5:
             raise ValueError(f"points must be a whole number, at least 5, not {shown(points)}.")
         likelihood, best, own = self._likelihood, self._best, self._likelihood.coordinates
-        slope = float(own.slope(self._theta)[place])
-        error = self.errors[name] / slope
-        reach = 4.0 * error if math.isfinite(error) and error > 0.0 else math.inf
-        low, high = max(best.u[place] - reach, own.low[place]), min(best.u[place] + reach, own.high[place])
-        u = np.unique(np.append(np.linspace(low, high, points), best.u[place]))
-        rise = profile_along(likelihood, best, place, u) - best.deviance
-        rise = rise / likelihood.scatter(self._theta, int(best.moves.sum()))
+        # with all numbers free: beside one that is held at a bound the others are known less well than its errors say
+        variance = float(likelihood.covariance(self._theta, np.ones(best.u.size, bool))[place, place])
+        reach = 4.0 * math.sqrt(variance) if 0.0 < variance < math.inf else math.inf
         free = max(self.degrees_of_freedom, 1)
         level = float(stats.chi2.ppf(0.95, 1) if likelihood.known else stats.t.ppf(0.975, free) ** 2)
+        for _ in range(_WIDENED):
+            low, high = max(best.u[place] - reach, own.low[place]), min(best.u[place] + reach, own.high[place])
+            u = np.unique(np.append(np.linspace(low, high, points), best.u[place]))
+            rise = profile_along(likelihood, best, place, u) - best.deviance
+            rise = rise / likelihood.scatter(self._theta, int(best.moves.sum()))
+            if (rise[0] > level or low == own.low[place]) and (rise[-1] > level or high == own.high[place]):
+                break
+            reach *= 3.0
         ends = _crossings(u, rise, level, float(best.u[place]))
         values = [
             float(own.outer(np.where(np.arange(best.u.size) == place, each, best.u))[place]) for each in (*u, *ends)
@@ -619,7 +624,7 @@ class Fit:
 
         names = "values", "errors", "at_bounds", "known_together", "extras", "deviance", "bic", "aicc", "warnings"
         more = {
-            "intervals": {name: self.interval(name) for name in self.values},
+            "intervals": self.intervals,
             "not_told_apart": [vars(own) for own in self.not_told_apart],
             "correlations": self.correlations.tolist(),
             "choices": [vars(choice) for choice in self.choices],
