@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -12,6 +13,7 @@ from springpot.machine.arguments import checked_name, numbers_in_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
 from springpot.problem.coordinates import MOST_PARTS
+from springpot.problem.messages import StationarityWarning, say
 from springpot.problem.parts import Dashpot, Mass, Point, Spring
 from springpot.problem.parts.registration import Part
 
@@ -80,6 +82,13 @@ def with_modes(
         yield Point(point, tuple(mode for mode, _ in seen) or (modes[0],), tuple(share for _, share in seen) or (0.0,))
 
 
+def say_if_free(count: int) -> None:
+    """Warn, where a function of the library was called, of motions that no spring holds."""
+    if count:
+        sentence = say("free_modes", count="1 mode has" if count == 1 else f"{count} modes have")
+        warnings.warn(sentence, StationarityWarning, stacklevel=4)
+
+
 def check_points(named: Mapping[Any, Any], name: str) -> None:
     """That points have names, and are not more than a system has parts.
 
@@ -112,7 +121,9 @@ def rows_in(given: Any) -> int:
         return 0
 
 
-def numbers_for(name: str, given: ArrayLike, size: int | None = None, several: bool = False) -> Floats:
+def numbers_for(
+    name: str, given: ArrayLike, size: int | None = None, several: bool = False, each: str = "mode"
+) -> Floats:
     """Finite numbers in a row, one for each mode; one number is that of all of them, unless ``several`` are needed.
 
     Raises
@@ -125,15 +136,15 @@ def numbers_for(name: str, given: ArrayLike, size: int | None = None, several: b
     >>> numbers_for("masses", 2.0, 3).tolist()
     [2.0, 2.0, 2.0]
     """
-    if (rows := rows_in(given)) >= MOST_PARTS:
+    if (rows := rows_in(given)) >= MOST_PARTS and rows != size:
         raise ValueError(f"{name} must be fewer numbers than {MOST_PARTS}, the most parts of a system, not {rows:,}.")
-    found = numbers_in_array(given, f"{name} must be numbers, one for each mode")
+    found = numbers_in_array(given, f"{name} must be numbers, one for each {each}")
     if found.ndim == 0 and size is not None and not several:
         found = np.full(size, float(found))
     if found.ndim != 1 or not found.size:
-        raise ValueError(f"{name} must be numbers in a row, one for each mode, not an array of shape {found.shape}.")
+        raise ValueError(f"{name} must be numbers in a row, one for each {each}, not an array of shape {found.shape}.")
     if size is not None and len(found) != size:
-        raise ValueError(f"{name} must be {size} numbers, one for each mode, not {len(found)}.")
+        raise ValueError(f"{name} must be {size} numbers, one for each {each}, not {len(found)}.")
     if not np.all(np.isfinite(found)):
         raise ValueError(f"{name} must be finite numbers.")
     return found
