@@ -40,7 +40,7 @@ def parts_of_matrices(
     names: Sequence[str] | Mapping[str, ArrayLike] | None,
     ground: ArrayLike | None = None,
     modes: int | None = None,
-    damping_ratios: ArrayLike = 0.0,
+    damping_ratios: ArrayLike | None = None,
     residual: Sequence[str] = (),
 ) -> Iterator[Part]:
     """The parts of `springpot.System.from_matrices`.
@@ -73,7 +73,7 @@ def parts_of_matrices(
     wanted = items_of(residual, "residual must be names of points")
     if wanted and modes is None:
         raise ValueError("residual must be left out without modes=, for all modes are kept then.")
-    whole = modes is None and heavy == size and not np.any(damping_ratios)
+    whole = modes is None and heavy == size and damping_ratios is None
     if whole and not isinstance(names, Mapping) and ground is None:
         crowded = np.count_nonzero(np.triu(held)) + np.count_nonzero(np.triu(damped)) > _MOST_LINKS
         if not crowded and not np.any(masses - np.diag(np.diag(masses))) and _of_dashpots(damped, of_damped):
@@ -151,14 +151,14 @@ def _say_of_left(own: NormalModes, points: Sequence[str], masses: Matrix, moves:
 
 def _by_modes(
     own: NormalModes, masses: Matrix, damped: Matrix, skew: Matrix, points: Sequence[str], rows: Floats, moves: Floats,
-    damping_ratios: ArrayLike,
+    damping_ratios: ArrayLike | None,
 ) -> Iterator[Part]:  # fmt: skip
     """The modes, and the points by their shapes; dampers that couple modes have points of their own.
 
     ``skew`` is what the damping has of asymmetry.
     """
     shapes, size = own.shapes, len(own.squares)
-    ratios = numbers_for("damping_ratios", damping_ratios, size)
+    ratios = numbers_for("damping_ratios", 0.0 if damping_ratios is None else damping_ratios, size)
     if ratios.min() < 0.0:
         raise ValueError(f"damping_ratios must not be negative, and {ratios.min():g} is among them.")
     seen = rows @ shapes

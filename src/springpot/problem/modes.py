@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.machine.arguments import checked_name, numbers_in_array
+from springpot.machine.arguments import checked_name, numbers_in_array, one_of
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
 from springpot.problem.coordinates import MOST_PARTS
 from springpot.problem.messages import StationarityWarning, say
 from springpot.problem.parts import Dashpot, Mass, Point, Spring
 from springpot.problem.parts.registration import Part
+
+FrequencyUnit = Literal["rad/s", "Hz"]
 
 
 def parts_of_modes(
@@ -24,6 +27,7 @@ def parts_of_modes(
     shapes: Mapping[str, ArrayLike],
     damping_ratios: ArrayLike = 0.0,
     participations: ArrayLike = 0.0,
+    unit: FrequencyUnit = "rad/s",
 ) -> Iterator[Part]:
     """The parts of `springpot.System.from_modes`.
 
@@ -38,6 +42,7 @@ def parts_of_modes(
     [Spring(stiffness=2.0, between=('ground', 'mode_1')), Dashpot(coefficient=0.2, between=('ground', 'mode_1')), \
 Point(at='tip', of=('mode_1',), shares=(1.0,))]
     """
+    one_of(unit, "unit", get_args(FrequencyUnit), "It is that of frequencies.")
     w = numbers_for("frequencies", frequencies)
     size = len(w)
     m, ratios, moved = (
@@ -55,6 +60,8 @@ Point(at='tip', of=('mode_1',), shares=(1.0,))]
         raise TypeError(f"shapes must say how points move, as {{'tip': [1.0, -1.0]}}, not {shown(shapes)}.")
     check_points(shapes, "shapes")
     rows = {point: numbers_for(f"shapes of {point}", row, size, several=True) for point, row in shapes.items()}
+    say_if_free(int(np.count_nonzero(w == 0.0)))
+    w = w * (2.0 * math.pi if unit == "Hz" else 1.0)
     yield from with_modes(m, w**2 * m, 2.0 * ratios * w * m, moved, rows)
 
 

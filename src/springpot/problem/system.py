@@ -17,7 +17,7 @@ from springpot.machine.faults import NotCoveredError, listed, meant, nearest, sh
 from springpot.problem.catalogue import check_result_names
 from springpot.problem.coordinates import MOST_PARTS, Coordinates
 from springpot.problem.matrices import parts_of_matrices
-from springpot.problem.modes import parts_of_modes
+from springpot.problem.modes import FrequencyUnit, parts_of_modes
 from springpot.problem.parts import Constant, Contact, Force, Mass, Point, Springpot, ThermalNoise
 from springpot.problem.parts.checks import fields_of, plain
 from springpot.problem.parts.excitations import Excitation
@@ -147,7 +147,7 @@ class System:
         names: Sequence[str] | Mapping[str, ArrayLike] | None = None,
         ground: ArrayLike | None = None,
         modes: int | None = None,
-        damping_ratios: ArrayLike = 0.0,
+        damping_ratios: ArrayLike | None = None,
         residual: Sequence[str] = (),
     ) -> System:
         """Masses, springs and dashpots from their matrices, or the lowest modes of those of a finite element model.
@@ -232,13 +232,15 @@ class System:
         shapes: Mapping[str, ArrayLike],
         damping_ratios: ArrayLike = 0.0,
         participations: ArrayLike = 0.0,
+        *,
+        unit: FrequencyUnit = "rad/s",
     ) -> System:
         """A structure by its modes, from a measurement or a finite element program.
 
         Parameters
         ----------
         frequencies : array_like, shape (modes,)
-            Of each mode in rad/s; 0 of one that no spring holds.
+            Of each mode; 0 of one that no spring holds.
         masses : array_like, shape (modes,)
             Modal masses in kg, those of the shapes given; one number is that of all modes.
         shapes : dict of array_like, shape (modes,)
@@ -248,6 +250,8 @@ class System:
         participations : array_like, shape (modes,)
             How far each mode moves where everything moves by 1, phi^T M 1 / modal mass.  Without them no acceleration
             of the ground can act.
+        unit : {"rad/s", "Hz"}
+            Of the frequencies.
 
         Returns
         -------
@@ -260,13 +264,22 @@ class System:
         TypeError, ValueError
             If numbers are not as many as the modes, not finite or negative, or a shape has no name.
 
+        Warns
+        -----
+        StationarityWarning
+            If a frequency is 0.
+
+        See Also
+        --------
+        springpot.read_modes : The same from a table in a file.
+
         Examples
         --------
         >>> mast = System.from_modes([6.0, 40.0], [2.0, 1.5], {"top": [1.0, -1.0], "middle": [0.4, 0.7]}, 0.01)
         >>> mast.points
         ('mode_1', 'mode_2', 'top', 'middle')
         """
-        return cls(*parts_of_modes(frequencies, masses, shapes, damping_ratios, participations))
+        return cls(*parts_of_modes(frequencies, masses, shapes, damping_ratios, participations, unit))
 
     def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
         """The parts of these kinds, in the order given."""
