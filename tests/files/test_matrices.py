@@ -90,8 +90,8 @@ def test_arguments(tmp_path: Path) -> None:
 
 
 def misread(found: Any, right: Any) -> bool:
-    """Whether more differs than two changes make, of two lines each, whose numbers are in two places."""
-    return bool(found.shape != right.shape or (dense(found) != right).sum() > 8)
+    """Whether more numbers are others than two changes make, of a line or two each; lines may have moved."""
+    return bool(found.shape != right.shape or (~np.isin(dense(found), right)).sum() > 8)
 
 
 def read_damaged(content: bytes, right: Any, place: Path) -> str:
@@ -146,9 +146,7 @@ def test_op4(binary: bool, layout: str, tmp_path: Path) -> None:
     op4.write(str(place), {"KAA": SYMMETRIC}, binary=binary, sparse=layout)
     whole = place.read_bytes()
     for cut in range(40, len(whole) - 1, 7):
-        place.write_bytes(whole[:cut])
-        if not binary and cut > len(whole) - 34:  # all numbers are there, but not all of the end
+        if not read_damaged(whole[:cut], SYMMETRIC, place):  # what is lacking comes after the numbers
+            assert not binary
+            assert cut > whole.rfind(b"\n       8")
             np.testing.assert_array_equal(sp.read_matrix(place).toarray(), SYMMETRIC)
-            continue
-        with pytest.raises(FileError, match=r"seems damaged|neither|not finite"):
-            sp.read_matrix(place)
