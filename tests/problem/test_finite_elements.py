@@ -243,6 +243,18 @@ def test_equal_frequencies_are_all_found() -> None:
     assert sp.theory.modes(system).frequencies == pytest.approx([1.875104**2] * 8, rel=1e-5)
 
 
+@pytest.mark.parametrize("form", [np.asarray, sparse.csc_array])
+def test_a_free_beam_of_seven_digits(form: Any) -> None:
+    """Rounding makes the stiffness of rigid motion a little negative, or positive."""
+    mass, stiffness = beam(20, held=False)
+    factors = np.random.default_rng(3).uniform(-1.0, 1.0, stiffness.shape)
+    rounded = stiffness * (1.0 + 2e-9 * (factors + factors.T))
+    assert np.linalg.eigvalsh(rounded)[0] < -1e-5
+    system, words = said(lambda: sp.System.from_matrices(form(mass), form(rounded), names={"middle": 20}, modes=5))
+    assert "frequency of 0" in words["free_modes"]
+    assert np.sqrt(sp.theory.modes(system).frequencies[2:5]) == pytest.approx([4.7300, 7.8532, 10.9956], rel=1e-3)
+
+
 def test_damping_ratios() -> None:
     system = sp.System.from_matrices(MASS, STIFFNESS, names=AT, modes=3, damping_ratios=[0.01, 0.02, 0.03])
     for n, (mass, spring, dashpot) in enumerate(
@@ -279,6 +291,7 @@ BAD: list[tuple[Matrices, dict[str, Any], str]] = [
     ((M, K), {"damping_ratios": [0.1]}, "damping_ratios must be 2 numbers, one for each mode, not 1."),
     ((M, K), {"damping_ratios": -0.1}, "damping_ratios must not be negative, and -0.1 is among them."),
     ((M, K), {"damping": -M}, "damping must take energy from every motion, but one has a coefficient of -"),
+    (DENSE, {"damping": np.diag(UP), "names": {"damper_2": 0}}, "damper_2 cannot be the name of a point, for that of"),
     (DENSE, {"modes": None, "residual": ["tip"]}, "residual must be left out without modes=, for all modes are kept"),
     (DENSE, {"residual": ["tip", "middle"], "names": {"tip": 22, "middle": 22}}, "residual must not name points that"),
     ((M, -K), {}, "stiffness must not be negative for any motion, and must hold each coordinate that has no mass."),

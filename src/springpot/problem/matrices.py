@@ -65,7 +65,7 @@ def parts_of_matrices(
     given = 0.0 * held if damping is None else _matrix(damping, "damping", size, form)
     damped, of_damped = _symmetric(given, "damping")
     heavy = _with_mass(masses, held)
-    if modes is not None and (type(modes) is not int or not 0 < modes <= heavy):
+    if modes is not None and (not _is_whole(modes) or not 0 < modes <= heavy):
         raise ValueError(f"modes must be a whole number from 1 to {heavy}, those of the matrices, not {shown(modes)}.")
     if heavy < size:
         sentence = say("massless_coordinates", count=size - heavy, size=size)
@@ -90,7 +90,7 @@ def parts_of_matrices(
     own = normal_modes(masses, held, modes or heavy, rows, np.array([point in wanted for point in points]))
     say_if_free(int(np.count_nonzero(own.squares == 0.0)))
     if modes is not None or heavy < size:
-        _say_of_left(own, points, masses, moves)
+        _say_of_left(own, modes or heavy, points, masses, moves)
     yield from _by_modes(own, masses, damped, of_damped, points, rows, moves, damping_ratios)
 
 
@@ -126,7 +126,7 @@ def _points(names: Any, size: int, ground: ArrayLike | None) -> tuple[list[str],
 
 def _row(name: str, given: Any, size: int) -> Floats:
     """How a point moves where each coordinate moves by 1 alone: of a whole number, as that coordinate."""
-    if isinstance(given, int | np.integer) and not isinstance(given, bool):
+    if _is_whole(given):
         if not 0 <= given < size:
             raise ValueError(f"{name} must be a coordinate from 0 to {size - 1}, not {given}.")
         row = np.zeros(size)
@@ -135,7 +135,11 @@ def _row(name: str, given: Any, size: int) -> Floats:
     return numbers_for(name, given, size, several=True, each="coordinate")
 
 
-def _say_of_left(own: NormalModes, points: Sequence[str], masses: Matrix, moves: Floats) -> None:
+def _is_whole(given: object) -> bool:
+    return isinstance(given, int | np.integer) and not isinstance(given, bool)
+
+
+def _say_of_left(own: NormalModes, modes: int, points: Sequence[str], masses: Matrix, moves: Floats) -> None:
     """Warn of the static flexibility at points, and of the mass, that belong to modes that are left out."""
     whole = float(moves @ (masses @ moves))
     mass = 1.0 - float(((moves @ (masses @ own.shapes)) ** 2).sum()) / whole if whole else 0.0
@@ -144,8 +148,8 @@ def _say_of_left(own: NormalModes, points: Sequence[str], masses: Matrix, moves:
     said[:1] = [each.replace(" at ", " of the static flexibility at ") for each in said[:1]]
     said += [f"{per_cent(mass)} of the mass that the ground moves"] * (mass > _SAID_OF_MASS)
     if said:
-        top = float(np.sqrt(own.squares.max()) / (2.0 * np.pi))
-        sentence = say("modes_left_out", modes=len(own.squares), size=len(moves), top=top, left=listed(said))
+        top = float(np.sqrt(own.squares[modes - 1]) / (2.0 * np.pi))
+        sentence = say("modes_left_out", modes=modes, size=len(moves), top=top, left=listed(said))
         warnings.warn(sentence, AccuracyWarning, stacklevel=4)
 
 
@@ -178,8 +182,10 @@ def _by_modes(
     if np.abs(between - np.diag(np.diag(between))).max() > max(_UNCOUPLED * dampings.max(), unequal.max()):
         for size, way, length in zip(sizes.tolist(), ways.T, lengths.tolist(), strict=True):
             if size > least:
-                dampers.append(Dashpot(size / length**2, between=("ground", f"damper_{len(dampers) + 1}")))
-                found[f"damper_{len(dampers)}"] = length * way / scales
+                if (name := f"damper_{len(dampers) + 1}") in points:
+                    raise ValueError(f"{name} cannot be the name of a point, for that of a damper is called so.")
+                dampers.append(Dashpot(size / length**2, between=("ground", name)))
+                found[name] = length * way / scales
         dampings = np.zeros_like(dampings)
     modal = scales**-2.0
     dampings = (dampings + 2.0 * ratios * np.sqrt(own.squares)) * modal

@@ -19,6 +19,7 @@ Matrix = Any
 """An array, or one of scipy.sparse in columns."""
 
 _ROUNDING = 1e-12  # of a mode's stiffness, over what it is made of: no stiffness
+_ROUNDED = 1e-7  # the same, of a negative stiffness that is rounding of another program
 _LOOSE = "stiffness must not be negative for any motion, and must hold each coordinate that has no mass."
 _NO_RESIDUE = 1e-9  # of the flexibility at a point: nothing to be added
 _LIGHT = 1e-12  # of the largest mass over stiffness, that of the lowest mode: no mass
@@ -59,7 +60,7 @@ def factor(matrix: Matrix) -> tuple[Callable[[Floats], Floats], int]:
 
     Raises
     ------
-    ValueError
+    LinAlgError
         If the matrix is singular.
 
     Examples
@@ -74,14 +75,11 @@ def factor(matrix: Matrix) -> tuple[Callable[[Floats], Floats], int]:
         try:  # without an exchange of rows the signs of the pivots are those of the eigenvalues (Sylvester)
             found = splu(matrix, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         except RuntimeError:
-            raise ValueError("it is singular.") from None
+            raise np.linalg.LinAlgError from None
         return found.solve, int(np.count_nonzero(found.U.diagonal() < 0.0))
     from scipy.linalg import cho_factor, cho_solve
 
-    try:
-        root = cho_factor(matrix, check_finite=False)
-    except np.linalg.LinAlgError:
-        raise ValueError("it is singular, or not positive.") from None
+    root = cho_factor(matrix, check_finite=False)
     return lambda b: np.asarray(cho_solve(root, b, check_finite=False)), 0
 
 
@@ -125,16 +123,25 @@ def normal_modes(mass: Matrix, stiffness: Matrix, count: int, points: Floats, re
         mass, stiffness = mass.toarray(), stiffness.toarray()
     own, held = mass.diagonal(), stiffness.diagonal()
     ratios = held[own > 0.0] / own[own > 0.0]
-    shift = 1e-6 * float(min(ratios[ratios > 0.0], default=1.0))
-    for _ in range(2):
-        squares, shapes = (_of_sparse if is_sparse(mass) else _of_dense)(mass, stiffness, count, shift)
+    first, find = float(min(ratios[ratios > 0.0], default=1.0)), _of_sparse if is_sparse(mass) else _of_dense
+    for shift in (1e-6 * first, 1e-4 * first, 1e-2 * first):
+        try:
+            squares, shapes = find(mass, stiffness, count, shift)
+            break
+        except np.linalg.LinAlgError:
+            continue
+    else:
+        raise ValueError(_LOOSE)
+    for last in (False, True):
         sizes = np.abs(shapes)
-        rounding = _ROUNDING * (sizes * (abs(stiffness) @ sizes)).sum(axis=0)
-        if (squares < -rounding).any():
+        made_of = (sizes * (abs(stiffness) @ sizes)).sum(axis=0)
+        rounding = max(_ROUNDING, float((-squares / made_of).max()) if made_of.all() else 0.0)
+        if rounding > _ROUNDED:
             raise ValueError(_LOOSE)
-        squares = np.where(squares <= rounding, 0.0, squares)
+        squares = np.where(squares <= rounding * made_of, 0.0, squares)
         elastic = squares[squares > 0.0]
-        shift = math.sqrt(elastic[0] * elastic[-1]) if elastic.size else shift
+        if not last and elastic.size:
+            squares, shapes = find(mass, stiffness, count, math.sqrt(elastic[0] * elastic[-1]))
     if not elastic.size:
         if count < np.count_nonzero(own):
             raise ValueError(f"modes must be more than {count}, for nothing holds the motion of {count} or more.")
@@ -154,10 +161,7 @@ def _of_dense(mass: Floats, stiffness: Floats, count: int, shift: float) -> tupl
     from scipy.linalg import eigh
 
     size = len(mass)
-    try:
-        found, shapes = eigh(mass, stiffness + shift * mass, subset_by_index=(size - count, size - 1))
-    except np.linalg.LinAlgError:
-        raise ValueError(_LOOSE) from None
+    found, shapes = eigh(mass, stiffness + shift * mass, subset_by_index=(size - count, size - 1))
     found, shapes = found[::-1], shapes[:, ::-1]
     return 1.0 / found - shift, shapes / np.sqrt(found)
 
@@ -168,7 +172,7 @@ def _of_sparse(mass: Matrix, stiffness: Matrix, count: int, shift: float) -> tup
 
     solve, negative = factor(stiffness + shift * mass)
     if negative:
-        raise ValueError(_LOOSE)
+        raise np.linalg.LinAlgError
     inverse = LinearOperator(mass.shape, matvec=solve, dtype=float)
     start = np.random.default_rng(1).normal(size=mass.shape[0])
     for more in (2, 6, 14):
