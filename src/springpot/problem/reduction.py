@@ -23,7 +23,7 @@ _ROUNDED = 1e-7  # the same, of a negative stiffness that is rounding of another
 _LOOSE = "stiffness must not be negative for any motion, and must hold each coordinate that has no mass."
 _NO_RESIDUE = 1e-9  # of the flexibility at a point: nothing to be added
 _LIGHT = 1e-12  # of the largest mass over stiffness, that of the lowest mode: no mass
-_FEW = 20  # coordinates beside three times the modes, up to which a sparse matrix is taken as a dense one
+_FEW = 20  # masses beside three times the modes, below which all modes are found
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +119,6 @@ def normal_modes(mass: Matrix, stiffness: Matrix, count: int, points: Floats, re
     >>> len(kept.squares), bool((kept.shapes[2] ** 2 / kept.squares).sum().round(12) == 3.0)
     (2, True)
     """
-    if is_sparse(mass) and 3 * count + _FEW > mass.shape[0]:
-        mass, stiffness = mass.toarray(), stiffness.toarray()
     own, held = mass.diagonal(), stiffness.diagonal()
     ratios = held[own > 0.0] / own[own > 0.0]
     first, find = float(min(ratios[ratios > 0.0], default=1.0)), _of_sparse if is_sparse(mass) else _of_dense
@@ -167,12 +165,22 @@ def _of_dense(mass: Floats, stiffness: Floats, count: int, shift: float) -> tupl
 
 
 def _of_sparse(mass: Matrix, stiffness: Matrix, count: int, shift: float) -> tuple[Floats, Floats]:
-    """By Lanczos' method, which may miss one of equal frequencies: those below a border are counted (Sylvester)."""
+    """By Lanczos' method, which may miss one of equal frequencies: those below a border are counted (Sylvester).
+
+    Of few masses all modes are found, from the static flexibility at these.
+    """
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
     solve, negative = factor(stiffness + shift * mass)
     if negative:
         raise np.linalg.LinAlgError
+    own = np.flatnonzero(mass.diagonal())
+    if len(own) < 3 * count + _FEW:
+        root = np.linalg.cholesky(mass[:, own][own].toarray())
+        columns = solve((np.arange(mass.shape[0])[:, None] == own).astype(float))
+        found, ways = np.linalg.eigh(root.T @ columns[own] @ root)
+        found, ways = found[: -count - 1 : -1], ways[:, : -count - 1 : -1]
+        return 1.0 / found - shift, columns @ (root @ ways) / found
     inverse = LinearOperator(mass.shape, matvec=solve, dtype=float)
     start = np.random.default_rng(1).normal(size=mass.shape[0])
     for more in (2, 6, 14):
