@@ -331,14 +331,14 @@ MESSAGES: dict[str, Kind] = {
     ),
     "free_modes": Kind(
         _STATIONARY,
-        "{count} a frequency of 0: unless a part that you add holds it, noise lets its mean square displacement grow "
-        "without bound, and results that remain stationary are elongations between points that it does not change.",
+        "{count} a frequency of 0: unless a part that you add holds it, its mean square displacement grows without "
+        "bound under noise; what it does not change, such as bending or an elongation, has stationary results.",
         "Ask for elongations between points, or hold the structure by springs; look for a support that was forgotten.",
     ),
     "massless_coordinates": Kind(
         _PROBLEM,
-        "coordinates without a mass, {count} of {size}, follow the others statically (Guyan), whose static "
-        "flexibility is exact.",
+        "coordinates without a mass, {count} of {size}, follow the others statically (Guyan): the static flexibility "
+        "at the others is exact.",
         "Nothing, if it is meant, as of rotations without inertia. What a force on such a coordinate itself bends has "
         "no mass and is left out: put a small mass where a stop or a force is.",
     ),
