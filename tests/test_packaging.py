@@ -168,7 +168,7 @@ def test_each_extra_installs_what_it_is_said_to_bring() -> None:
         return found
 
     assert {extra: brought(extra) for extra in EXTRAS} == {extra: set(names) for extra, names in EXTRAS.items()}
-    assert brought("all") == set().union(*EXTRAS.values())
+    assert brought("all") == set().union(*EXTRAS.values()) - set(EXTRAS["op4"])  # of which macOS has no wheels
     assert declared.keys() == {*EXTRAS, "all"}
 
 

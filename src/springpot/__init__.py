@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from springpot.evidence.recommendation import recommended
     from springpot.evidence.reliability import trust
     from springpot.explorer.commands import explore
+    from springpot.files.matrices import read_matrix
     from springpot.fitting import (
         MeasuredCreep,
         MeasuredFrequencyResponse,
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
         SpringpotWarning,
         StationarityWarning,
     )
+    from springpot.problem.modal_table import read_modes
     from springpot.problem.oscillator import Oscillator
     from springpot.problem.parts import *  # noqa: F403
     from springpot.problem.shaking import ground_motion, ground_motion_psd, noise_records, sweep
@@ -69,8 +71,9 @@ if TYPE_CHECKING:
         "SpringpotWarning", "StationarityWarning", "System", "atlas", "band_rms", "beam", "design", "exceedance",
         "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit", "fragility", "free",
         "ground_motion", "ground_motion_psd", "load_run", "master_curve", "noise_records", "nominal", "open_study",
-        "read_data", "read_system", "recommended", "response_spectrum", "scatter", "sensitivity", "simulate",
-        "simulate_many", "study", "sweep", "theory", "to_toml", "trust", "uncertain", "with_values",
+        "read_data", "read_matrix", "read_modes", "read_system", "recommended", "response_spectrum", "scatter",
+        "sensitivity", "simulate", "simulate_many", "study", "sweep", "theory", "to_toml", "trust", "uncertain",
+        "with_values",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "File", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
@@ -85,6 +88,7 @@ _LATER = {
         "evidence.reliability": ("trust",),
         "explorer.commands": ("explore",),
         "figures": ("figures",),
+        "files.matrices": ("read_matrix",),
         "fitting": ("fit", "master_curve", "read_data", *(f"Measured{data}" for data in _DATA)),
         "problem.bands": ("band_rms",),
         "problem.basquin": ("Basquin",),
@@ -93,6 +97,7 @@ _LATER = {
         "problem.file": ("read_system", "to_toml"),
         "problem.free_numbers": ("free", "nominal", "with_values"),
         "problem.messages": tuple(f"{what}Warning" for what in _WARNINGS),
+        "problem.modal_table": ("read_modes",),
         "problem.oscillator": ("Oscillator",),
         "problem.shaking": ("ground_motion", "ground_motion_psd", "noise_records", "sweep"),
         "problem.system": ("System",),

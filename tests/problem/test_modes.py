@@ -168,7 +168,7 @@ BAD = [
     (lambda: sp.System.from_matrices([[1.0, 1.0], [1.0, 1.0]], STIFFNESS), "mass must not be singular: each motion"),
     (lambda: sp.System.from_matrices([[1.0, 0.2], [0.1, 1.0]], STIFFNESS), "mass must be a symmetric matrix"),
     (lambda: sp.System.from_matrices(MASS, STIFFNESS, names={"a": [1.0]}), "names of a must be 2 numbers, one for"),
-    (lambda: sp.System.from_matrices(MASS, STIFFNESS, ground=[1.0]), "ground must be 2 numbers, one for each mode"),
+    (lambda: sp.System.from_matrices(MASS, STIFFNESS, ground=[1.0]), "ground must be 2 numbers, one for each coord"),
     (
         lambda: sp.System.from_matrices([[1.0, 0.1], [0.1, 1.0]], STIFFNESS, [[0.1, 0.5], [0.5, 0.1]]),
         "damping must take energy from every motion, but one has a coefficient of -0.4",

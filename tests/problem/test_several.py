@@ -269,7 +269,7 @@ BAD = [
         "friction cannot be combined with ThermalNoise",
     ),
     (lambda: sp.System.from_matrices([[1.0, 0.1], [0.2, 1.0]], TWO), ValueError, "mass must be a symmetric matrix"),
-    (lambda: sp.System.from_matrices([[1.0, 0.0], [0.0, 0.0]], TWO), ValueError, "mass must not be singular"),
+    (lambda: sp.System.from_matrices([[1.0, 1.0], [1.0, 1.0]], TWO), ValueError, "mass must not be singular"),
     (
         lambda: sp.System.from_matrices(ONE, [[2.0, -1.0], [-1.1, 2.0]]),
         ValueError,

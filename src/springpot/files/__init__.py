@@ -1,1 +1,1 @@
-"""What files of measurements hold, from their content: columns with names, units and a rate, and what was assumed."""
+"""What files of measurements and models hold, from their content: columns with names, units and a rate, or a matrix."""

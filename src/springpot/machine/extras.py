@@ -15,6 +15,7 @@ EXTRAS = {
     "cluster": ("distributed", *_STUDIES),
     "page": ("pydantic", "starlette", "uvicorn", "websockets"),
     "uff": ("pyuff",),
+    "op4": ("pyyeti",),
 }
 """What each extra installs, by its names in Python."""
 

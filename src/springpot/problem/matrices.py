@@ -1,65 +1,97 @@
-"""A system of several masses from its matrices: which springs and dashpots they are made of."""
+"""A system of several masses from its matrices: which springs and dashpots they are made of, or its lowest modes."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from springpot.machine.arguments import checked_name, items_of, numbers_in_array
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import shown
+from springpot.machine.faults import known_word, listed, per_cent, shown
 from springpot.problem.coordinates import MOST_PARTS
-from springpot.problem.modes import check_points, numbers_for, rows_in, with_modes
+from springpot.problem.messages import AccuracyWarning, ProblemWarning, say
+from springpot.problem.modes import check_points, numbers_for, rows_in, say_if_free, with_modes
 from springpot.problem.parts import Dashpot, Mass, Spring
 from springpot.problem.parts.registration import Part
+from springpot.problem.reduction import Matrix, NormalModes, factor, is_sparse, normal_modes
 
 _ROUNDING = 1e-13  # of a sum of a row, over the sum of its sizes
 _ASYMMETRY = 1e-9  # of the largest entry: what rounding in another program leaves at most
 _OF_SKEW = 10.0  # rounding of a number made of a matrix, over what it makes of the half by which two corners differ
+_UNSEEN = 1e-10  # of what moves most: a point that a mode does not move
+_UNCOUPLED = 1e-8  # of the largest damping of a mode: what couples two is rounding
 _MOST_LINKS = 48  # springs and dashpots, so that a system has room for masses and more parts
+_MOST_DENSE, _MOST_SPARSE, _MOST_NUMBERS = 3000, 200_000, 20_000_000  # rows, and numbers, of a matrix to be reduced
+_SAID, _SAID_OF_MASS = 0.01, 0.1  # shares of flexibility and mass that are said where modes leave them out
+
+
+Form = Literal["whole", "dense", "sparse"]
+"""How a matrix is taken: all modes of it; or a few of one that is dense, or sparse."""
 
 
 def parts_of_matrices(
-    mass: ArrayLike,
-    stiffness: ArrayLike,
-    damping: ArrayLike | None,
+    mass: ArrayLike | Matrix,
+    stiffness: ArrayLike | Matrix,
+    damping: ArrayLike | Matrix | None,
     names: Sequence[str] | Mapping[str, ArrayLike] | None,
     ground: ArrayLike | None = None,
+    modes: int | None = None,
+    damping_ratios: ArrayLike | None = None,
+    residual: Sequence[str] = (),
 ) -> Iterator[Part]:
     """The parts of `springpot.System.from_matrices`.
 
     Raises
     ------
     TypeError, ValueError
-        If a matrix is not one, has another shape, is not symmetric, or that of the masses is not positive definite.
+        If a matrix is not one, has another shape, is not symmetric, or has a motion without a mass or with a negative
+        one, or an argument is not what it must be.
 
     Examples
     --------
     >>> [*parts_of_matrices([[2.0]], [[8.0]], None, ["box"])]
     [Mass(value=2.0, at='box'), Spring(stiffness=8.0, between=('ground', 'box'))]
     """
-    masses, _ = _symmetric(_matrix(mass, "mass", None), "mass")
-    size = len(masses)
-    held, of_held = _symmetric(_matrix(stiffness, "stiffness", size), "stiffness")
-    given = np.zeros_like(held) if damping is None else _matrix(damping, "damping", size)
+    form: Form = "whole" if modes is None else "dense"
+    if modes is not None and any(is_sparse(given) for given in (mass, stiffness, damping)):
+        form = "sparse"
+    masses, _ = _symmetric(_matrix(mass, "mass", None, form), "mass")
+    size = masses.shape[0]
+    held, of_held = _symmetric(_matrix(stiffness, "stiffness", size, form), "stiffness")
+    given = 0.0 * held if damping is None else _matrix(damping, "damping", size, form)
     damped, of_damped = _symmetric(given, "damping")
-    least = np.linalg.eigvalsh(masses)
-    if least[0] < -_ROUNDING * least[-1]:
-        raise ValueError(f"mass must be positive definite: of one motion the mass is {least[0]:.3g} kg.")
-    if not least[0] > _ROUNDING * least[-1]:
-        raise ValueError(f"mass must not be singular: each motion must have a mass, but one has {least[0]:.3g} kg.")
-    crowded = np.count_nonzero(np.triu(held)) + np.count_nonzero(np.triu(damped)) > _MOST_LINKS
-    coupled = crowded or np.any(masses - np.diag(np.diag(masses))) or not _of_dashpots(damped, of_damped)
-    if isinstance(names, Mapping) or ground is not None or coupled:
-        yield from _by_modes(masses, held, damped, of_damped, names, ground)
-        return
-    points = _names(names, size)
-    yield from (Mass(value, at=point) for value, point in zip(np.diag(masses).tolist(), points, strict=True))
-    for kind, matrix, skew in ((Spring, held, of_held), (Dashpot, damped, of_damped)):
-        yield from _between(kind, matrix, points, skew)
+    heavy = _with_mass(masses, held)
+    if modes is not None and (not _is_whole(modes) or not 0 < modes <= heavy):
+        raise ValueError(f"modes must be a whole number from 1 to {heavy}, those of the matrices, not {shown(modes)}.")
+    if heavy < size:
+        sentence = say("massless_coordinates", count=size - heavy, size=size)
+        warnings.warn(sentence, ProblemWarning, stacklevel=3)
+    wanted = items_of(residual, "residual must be names of points")
+    if wanted and modes is None:
+        raise ValueError("residual must be left out without modes=, for all modes are kept then.")
+    whole = modes is None and heavy == size and damping_ratios is None
+    if whole and not isinstance(names, Mapping) and ground is None:
+        crowded = np.count_nonzero(np.triu(held)) + np.count_nonzero(np.triu(damped)) > _MOST_LINKS
+        if not crowded and not np.any(masses - np.diag(np.diag(masses))) and _of_dashpots(damped, of_damped):
+            points = _names(names, size)
+            free = np.linalg.eigvalsh(held)
+            say_if_free(int(np.count_nonzero(np.abs(free) <= _ROUNDING * np.abs(free).max())))
+            yield from (Mass(value, at=point) for value, point in zip(np.diag(masses).tolist(), points, strict=True))
+            for kind, matrix, skew in ((Spring, held, of_held), (Dashpot, damped, of_damped)):
+                yield from _between(kind, matrix, points, skew)
+            return
+    points, rows, moves = _points(names, size, ground)
+    for point in wanted:
+        known_word(point, points, "residual", "must have names of points:")
+    own = normal_modes(masses, held, modes or heavy, rows, np.array([point in wanted for point in points]))
+    say_if_free(int(np.count_nonzero(own.squares == 0.0)))
+    if modes is not None or heavy < size:
+        _say_of_left(own, modes or heavy, points, masses, moves)
+    yield from _by_modes(own, masses, damped, of_damped, points, rows, moves, damping_ratios)
 
 
 def _names(names: Sequence[str] | None, size: int) -> list[str]:
@@ -74,73 +106,162 @@ def _names(names: Sequence[str] | None, size: int) -> list[str]:
     return points
 
 
+def _points(names: Any, size: int, ground: ArrayLike | None) -> tuple[list[str], Floats, Floats]:
+    """The names of the points, their rows, and how far each coordinate moves with the ground."""
+    if isinstance(names, Mapping):
+        check_points(names, "names")
+        points, moves = [*names], np.zeros(size)
+        rows = np.array([_row(f"names of {point}", given, size) for point, given in names.items()])
+    else:
+        if size >= MOST_PARTS:
+            raise ValueError(
+                f"names must be of some points, as {{'tip': {size - 1}}} for the last coordinate: a system has at most "
+                f"{MOST_PARTS} parts, not a point for each of {size:,} coordinates."
+            )
+        points, rows, moves = _names(names, size), np.eye(size), np.ones(size)
+    if ground is not None:
+        moves = numbers_for("ground", ground, size, several=True, each="coordinate")
+    return points, rows, moves
+
+
+def _row(name: str, given: Any, size: int) -> Floats:
+    """How a point moves where each coordinate moves by 1 alone: of a whole number, as that coordinate."""
+    if _is_whole(given):
+        if not 0 <= given < size:
+            raise ValueError(f"{name} must be a coordinate from 0 to {size - 1}, not {given}.")
+        row = np.zeros(size)
+        row[given] = 1.0
+        return row
+    return numbers_for(name, given, size, several=True, each="coordinate")
+
+
+def _is_whole(given: object) -> bool:
+    return isinstance(given, int | np.integer) and not isinstance(given, bool)
+
+
+def _say_of_left(own: NormalModes, modes: int, points: Sequence[str], masses: Matrix, moves: Floats) -> None:
+    """Warn of the static flexibility at points, and of the mass, that belong to modes that are left out."""
+    whole = float(moves @ (masses @ moves))
+    mass = 1.0 - float(((moves @ (masses @ own.shapes)) ** 2).sum()) / whole if whole else 0.0
+    most = sorted(zip(own.left.tolist(), points, strict=True), reverse=True)
+    said = [f"{per_cent(share)} at {point}" for share, point in most if share > _SAID]
+    said[:1] = [each.replace(" at ", " of the static flexibility at ") for each in said[:1]]
+    said += [f"{per_cent(mass)} of the mass that the ground moves"] * (mass > _SAID_OF_MASS)
+    if said:
+        top = float(np.sqrt(own.squares[modes - 1]) / (2.0 * np.pi))
+        sentence = say("modes_left_out", modes=modes, size=len(moves), top=top, left=listed(said))
+        warnings.warn(sentence, AccuracyWarning, stacklevel=4)
+
+
 def _by_modes(
-    masses: Floats, held: Floats, damped: Floats, skew: Floats, names: Any, ground: ArrayLike | None
-) -> Iterator[Part]:
-    """The modes of the matrices, and the points by their shapes; dampers that couple modes have points of their own.
+    own: NormalModes, masses: Matrix, damped: Matrix, skew: Matrix, points: Sequence[str], rows: Floats, moves: Floats,
+    damping_ratios: ArrayLike | None,
+) -> Iterator[Part]:  # fmt: skip
+    """The modes, and the points by their shapes; dampers that couple modes have points of their own.
 
     ``skew`` is what the damping has of asymmetry.
     """
-    size = len(masses)
-    if isinstance(names, Mapping):
-        check_points(names, "names")
-        rows = np.array([numbers_for(f"names of {point}", row, size, True) for point, row in names.items()])
-        points, moves = [*names], np.zeros(size)
-    else:
-        points, rows, moves = _names(names, size), np.eye(size), np.ones(size)
-    if ground is not None:
-        moves = numbers_for("ground", ground, size, several=True)
-    sizes, alike = np.linalg.eigh(damped)
-    least = max(_ROUNDING * sizes[-1], _OF_SKEW * float(np.linalg.norm(skew, 2)))
-    if sizes[0] < -least:
-        raise ValueError(f"damping must take energy from every motion, but one has a coefficient of {sizes[0]:.6g}.")
-    root = np.linalg.inv(np.linalg.cholesky(masses))
-    squares, ways = np.linalg.eigh(root @ held @ root.T)
-    squares[np.abs(squares) <= _ROUNDING * np.abs(squares).max()] = 0.0
-    shapes = root.T @ ways
+    shapes, size = own.shapes, len(own.squares)
+    ratios = numbers_for("damping_ratios", 0.0 if damping_ratios is None else damping_ratios, size)
+    if ratios.min() < 0.0:
+        raise ValueError(f"damping_ratios must not be negative, and {ratios.min():g} is among them.")
     seen = rows @ shapes
-    seen[np.abs(seen) <= _ROUNDING * np.abs(seen).max()] = 0.0
+    seen[np.abs(seen) <= _UNSEEN * np.abs(seen).max()] = 0.0
     largest = np.take_along_axis(seen, np.abs(seen).argmax(axis=0)[None, :], axis=0)[0]
     scales = np.where(largest == 0.0, 1.0, largest)  # a mode's displacement is that of the point that moves most
-    shapes, seen, modal = shapes / scales, seen / scales, scales**-2.0
-    between = shapes.T @ damped @ shapes
-    own, moved = np.diag(between), shapes.T @ masses @ moves / modal
-    found = dict(zip(points, seen, strict=True))
-    unequal = _OF_SKEW * np.abs(shapes.T @ skew @ shapes).max()
-    if np.abs(between - np.diag(own)).max() <= max(1e-12 * np.abs(own).max(), unequal):
-        yield from with_modes(modal, squares * modal, np.where(own > unequal, own, 0.0), moved, found)
-        return
-    dampers = [(c, way) for c, way in zip(sizes.tolist(), alike.T, strict=True) if c > least]
-    found |= {f"damper_{n}": way @ shapes for n, (_, way) in enumerate(dampers, 1)}
-    yield from with_modes(modal, squares * modal, np.zeros(size), moved, found)
-    yield from (Dashpot(c, between=("ground", f"damper_{n}")) for n, (c, _) in enumerate(dampers, 1))
+    moved = (shapes.T @ (masses @ moves)) * scales
+    between, unequal = shapes.T @ (damped @ shapes), _OF_SKEW * np.abs(shapes.T @ (skew @ shapes))
+    sizes, ways = np.linalg.eigh(between)
+    lengths = np.linalg.norm(shapes @ ways, axis=0)  # so that coefficients are in N s/m
+    least = max(_ROUNDING * sizes[-1], float(np.linalg.norm(unequal, 2)))
+    if sizes[0] < -least:
+        worst = sizes[0] / lengths[0] ** 2
+        raise ValueError(f"damping must take energy from every motion, but one has a coefficient of {worst:.6g}.")
+    found, dampers = dict(zip(points, seen / scales, strict=True)), list[Dashpot]()
+    dampings = np.where(np.diag(between) > unequal.max(), np.diag(between), 0.0)
+    if np.abs(between - np.diag(np.diag(between))).max() > max(_UNCOUPLED * dampings.max(), unequal.max()):
+        for size, way, length in zip(sizes.tolist(), ways.T, lengths.tolist(), strict=True):
+            if size > least:
+                if (name := f"damper_{len(dampers) + 1}") in points:
+                    raise ValueError(f"{name} cannot be the name of a point, for that of a damper is called so.")
+                dampers.append(Dashpot(size / length**2, between=("ground", name)))
+                found[name] = length * way / scales
+        dampings = np.zeros_like(dampings)
+    modal = scales**-2.0
+    dampings = (dampings + 2.0 * ratios * np.sqrt(own.squares)) * modal
+    yield from with_modes(modal, own.squares * modal, dampings, moved, found)
+    yield from dampers
 
 
-def _matrix(given: ArrayLike, name: str, size: int | None) -> Floats:
-    if (rows := rows_in(given)) >= MOST_PARTS:  # before anything is done with so many
-        raise ValueError(f"{name} must have fewer rows than {MOST_PARTS}, the most parts of a system, not {rows:,}.")
-    found = numbers_in_array(given, f"{name} must be a matrix of numbers")
-    if found.ndim != 2 or found.shape[0] != found.shape[1] or not found.size:
+def _matrix(given: Any, name: str, size: int | None, form: Form) -> Matrix:
+    """A square matrix of finite numbers: an array, or where sparse ones are reduced one of scipy.sparse, in columns."""
+    rows, most = (given.shape[0], _MOST_SPARSE) if is_sparse(given) else (rows_in(given), _MOST_DENSE)
+    if form == "whole" and rows >= MOST_PARTS:  # before anything is done with so many
+        raise ValueError(
+            f"{name} must have fewer rows than {MOST_PARTS}, the most parts of a system, not {rows:,}: give modes= for "
+            "the lowest modes of a larger one."
+        )
+    if rows > most or (is_sparse(given) and given.nnz > _MOST_NUMBERS):
+        more = f" and {_MOST_NUMBERS:,} numbers" if is_sparse(given) else "; one of scipy.sparse may have more"
+        raise ValueError(f"{name} must have at most {most:,} rows{more}.")
+    if is_sparse(given) and given.dtype.kind not in "biuf":
+        raise TypeError(f"{name} must be a matrix of real numbers, not of {given.dtype}.")
+    if is_sparse(given) and form != "sparse":
+        given = given.toarray()
+    found: Any = given if is_sparse(given) else numbers_in_array(given, f"{name} must be a matrix of numbers")
+    if found.ndim != 2 or found.shape[0] != found.shape[1] or not found.shape[0]:
         raise ValueError(f"{name} must be a square matrix, not an array of shape {found.shape}.")
-    if size is not None and len(found) != size:
-        raise ValueError(f"{name} must be a matrix of {size} rows as the masses, not of {len(found)}.")
-    if not np.all(np.isfinite(found)):
+    if size is not None and found.shape[0] != size:
+        raise ValueError(f"{name} must be a matrix of {size} rows as the masses, not of {found.shape[0]}.")
+    if form == "sparse":
+        from scipy.sparse import csc_array
+
+        found = csc_array(found, dtype=float)
+    if not np.isfinite(found.data if form == "sparse" else found).all():
         raise ValueError(f"{name} must be a matrix of finite numbers.")
     return found
 
 
-def _symmetric(matrix: Floats, name: str) -> tuple[Floats, Floats]:
+def _symmetric(matrix: Matrix, name: str) -> tuple[Matrix, Matrix]:
     """The mean of a matrix and its transpose, and half their difference: about as large as the rounding of the mean."""
-    apart, largest = np.abs(matrix - matrix.T), np.abs(matrix).max()
+    apart, largest = abs(matrix - matrix.T), abs(matrix).max()
     if apart.max() > _ASYMMETRY * largest:
+        one_side = ((matrix * matrix.T) != 0.0).sum() == np.count_nonzero(matrix.diagonal())
+        more = "; of a matrix that is stored on one side of its diagonal, add the other side" if one_side else ""
         first, second = sorted(np.unravel_index(apart.argmax(), apart.shape))
         raise ValueError(
             f"{name} must be a symmetric matrix, but {matrix[first, second]:g} at [{first}, {second}] and "
             f"{matrix[second, first]:g} at [{second}, {first}] differ by {apart.max():.3g}, "
-            f"{apart.max() / largest:.2g} of the largest entry, and rounding leaves {_ASYMMETRY:g} at most."
+            f"{apart.max() / largest:.2g} of the largest entry, and rounding leaves {_ASYMMETRY:g} at most{more}."
         )
     mean, skew = 0.5 * (matrix + matrix.T), 0.5 * (matrix - matrix.T)
-    return np.where(np.abs(mean) <= _OF_SKEW * np.abs(skew), 0.0, mean), skew
+    return mean if is_sparse(mean) else np.where(np.abs(mean) <= _OF_SKEW * np.abs(skew), 0.0, mean), skew
+
+
+def _with_mass(masses: Matrix, held: Matrix) -> int:
+    """How many coordinates have a mass: the others must be held."""
+    some, stiff = (np.asarray(abs(matrix).sum(axis=0)).ravel() > 0.0 for matrix in (masses, held))
+    if loose := np.flatnonzero(~some & ~stiff).tolist():
+        which = listed([str(place) for place in loose])
+        raise ValueError(f"mass and stiffness must not both be 0 in a row, as in {which} (from 0): leave these out.")
+    own = masses.diagonal()[some]
+    if not own.size:
+        raise ValueError("mass must not be 0 everywhere.")
+    if not own.min() > 0.0:
+        raise ValueError(f"mass must be positive definite: of one coordinate the mass is {own.min():.3g} kg.")
+    scaled = (masses[:, some][some] / np.sqrt(own)).T / np.sqrt(own)
+    if is_sparse(scaled):
+        try:
+            least = -1.0 if factor(scaled.tocsc())[1] else 1.0
+        except ValueError:
+            least = 0.0
+    else:
+        least = float(np.linalg.eigvalsh(scaled)[0])
+    if least < -_ROUNDING * len(own):
+        raise ValueError("mass must be positive definite: the mass of one motion is negative.")
+    if not least > _ROUNDING:
+        raise ValueError("mass must not be singular: each motion must have a mass, but that of one is 0.")
+    return int(own.size)
 
 
 def _of_dashpots(damped: Floats, skew: Floats) -> bool:

@@ -329,6 +329,25 @@ MESSAGES: dict[str, Kind] = {
         "those that are not.",
         "Give slowest_counted_impact=.",
     ),
+    "free_modes": Kind(
+        _STATIONARY,
+        "{count} a frequency of 0: unless a part that you add holds it, its mean square displacement grows without "
+        "bound under noise; what it does not change, such as bending or an elongation, has stationary results.",
+        "Ask for elongations between points, or hold the structure by springs; look for a support that was forgotten.",
+    ),
+    "massless_coordinates": Kind(
+        _PROBLEM,
+        "coordinates without a mass, {count} of {size}, follow the others statically (Guyan): the static flexibility "
+        "at the others is exact.",
+        "Nothing, if it is meant, as of rotations without inertia. What a force on such a coordinate itself bends has "
+        "no mass and is left out: put a small mass where a stop or a force is.",
+    ),
+    "modes_left_out": Kind(
+        _ACCURACY,
+        "{modes} of {size} modes are kept, up to {top:.4g} Hz: those left out have {left}.",
+        "Take more modes; or name the point in residual=, which adds a mode that has its static flexibility; or put a "
+        "mass on the point, if it has none.",
+    ),
     "assumed_of_file": Kind(
         _OF_FILE,
         "{file}: {assumed}.",

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import math
+import warnings
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.machine.arguments import checked_name, numbers_in_array
+from springpot.machine.arguments import checked_name, numbers_in_array, one_of
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
 from springpot.problem.coordinates import MOST_PARTS
+from springpot.problem.messages import StationarityWarning, say
 from springpot.problem.parts import Dashpot, Mass, Point, Spring
 from springpot.problem.parts.registration import Part
+
+FrequencyUnit = Literal["rad/s", "Hz"]
 
 
 def parts_of_modes(
@@ -22,6 +27,7 @@ def parts_of_modes(
     shapes: Mapping[str, ArrayLike],
     damping_ratios: ArrayLike = 0.0,
     participations: ArrayLike = 0.0,
+    unit: FrequencyUnit = "rad/s",
 ) -> Iterator[Part]:
     """The parts of `springpot.System.from_modes`.
 
@@ -36,6 +42,7 @@ def parts_of_modes(
     [Spring(stiffness=2.0, between=('ground', 'mode_1')), Dashpot(coefficient=0.2, between=('ground', 'mode_1')), \
 Point(at='tip', of=('mode_1',), shares=(1.0,))]
     """
+    one_of(unit, "unit", get_args(FrequencyUnit), "It is that of frequencies.")
     w = numbers_for("frequencies", frequencies)
     size = len(w)
     m, ratios, moved = (
@@ -53,6 +60,8 @@ Point(at='tip', of=('mode_1',), shares=(1.0,))]
         raise TypeError(f"shapes must say how points move, as {{'tip': [1.0, -1.0]}}, not {shown(shapes)}.")
     check_points(shapes, "shapes")
     rows = {point: numbers_for(f"shapes of {point}", row, size, several=True) for point, row in shapes.items()}
+    say_if_free(int(np.count_nonzero(w == 0.0)))
+    w = w * (2.0 * math.pi if unit == "Hz" else 1.0)
     yield from with_modes(m, w**2 * m, 2.0 * ratios * w * m, moved, rows)
 
 
@@ -78,6 +87,13 @@ def with_modes(
     for point, row in rows.items():
         seen = [(mode, share) for mode, share in zip(modes, row.tolist(), strict=True) if share]
         yield Point(point, tuple(mode for mode, _ in seen) or (modes[0],), tuple(share for _, share in seen) or (0.0,))
+
+
+def say_if_free(count: int) -> None:
+    """Warn, where a function of the library was called, of motions that no spring holds."""
+    if count:
+        sentence = say("free_modes", count="1 mode has" if count == 1 else f"{count} modes have")
+        warnings.warn(sentence, StationarityWarning, stacklevel=4)
 
 
 def check_points(named: Mapping[Any, Any], name: str) -> None:
@@ -112,7 +128,9 @@ def rows_in(given: Any) -> int:
         return 0
 
 
-def numbers_for(name: str, given: ArrayLike, size: int | None = None, several: bool = False) -> Floats:
+def numbers_for(
+    name: str, given: ArrayLike, size: int | None = None, several: bool = False, each: str = "mode"
+) -> Floats:
     """Finite numbers in a row, one for each mode; one number is that of all of them, unless ``several`` are needed.
 
     Raises
@@ -125,15 +143,15 @@ def numbers_for(name: str, given: ArrayLike, size: int | None = None, several: b
     >>> numbers_for("masses", 2.0, 3).tolist()
     [2.0, 2.0, 2.0]
     """
-    if (rows := rows_in(given)) >= MOST_PARTS:
+    if (rows := rows_in(given)) >= MOST_PARTS and rows != size:
         raise ValueError(f"{name} must be fewer numbers than {MOST_PARTS}, the most parts of a system, not {rows:,}.")
-    found = numbers_in_array(given, f"{name} must be numbers, one for each mode")
+    found = numbers_in_array(given, f"{name} must be numbers, one for each {each}")
     if found.ndim == 0 and size is not None and not several:
         found = np.full(size, float(found))
     if found.ndim != 1 or not found.size:
-        raise ValueError(f"{name} must be numbers in a row, one for each mode, not an array of shape {found.shape}.")
+        raise ValueError(f"{name} must be numbers in a row, one for each {each}, not an array of shape {found.shape}.")
     if size is not None and len(found) != size:
-        raise ValueError(f"{name} must be {size} numbers, one for each mode, not {len(found)}.")
+        raise ValueError(f"{name} must be {size} numbers, one for each {each}, not {len(found)}.")
     if not np.all(np.isfinite(found)):
         raise ValueError(f"{name} must be finite numbers.")
     return found

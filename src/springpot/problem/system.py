@@ -17,7 +17,7 @@ from springpot.machine.faults import NotCoveredError, listed, meant, nearest, sh
 from springpot.problem.catalogue import check_result_names
 from springpot.problem.coordinates import MOST_PARTS, Coordinates
 from springpot.problem.matrices import parts_of_matrices
-from springpot.problem.modes import parts_of_modes
+from springpot.problem.modes import FrequencyUnit, parts_of_modes
 from springpot.problem.parts import Constant, Contact, Force, Mass, Point, Springpot, ThermalNoise
 from springpot.problem.parts.checks import fields_of, plain
 from springpot.problem.parts.excitations import Excitation
@@ -146,27 +146,41 @@ class System:
         *,
         names: Sequence[str] | Mapping[str, ArrayLike] | None = None,
         ground: ArrayLike | None = None,
+        modes: int | None = None,
+        damping_ratios: ArrayLike | None = None,
+        residual: Sequence[str] = (),
     ) -> System:
-        """Masses, springs and dashpots from their matrices.
+        """Masses, springs and dashpots from their matrices, or the lowest modes of those of a finite element model.
 
         With a diagonal mass matrix each number off the diagonal is a spring or dashpot between two masses, and each sum
-        of a row one to the ground; those of 0 are left out.  In three other cases the
+        of a row one to the ground; those of 0 are left out.  In other cases the
         masses are the modes, ``mode_1``, ``mode_2``, ..., as from `from_modes`, and the names are points on them: the
-        mass matrix is another, no dashpots have that damping, as of beams, or there are more than 48 springs and
-        dashpots.  Dampers that couple the modes are between the ground and points ``damper_1``, ``damper_2``, ...
+        mass matrix is another, no dashpots have that damping, as of beams, there are more than 48 springs and
+        dashpots, or ``modes``, ``damping_ratios`` or points are given.  Dampers that couple the modes are between the
+        ground and points ``damper_1``, ``damper_2``, ...
 
         Parameters
         ----------
-        mass : array_like, shape (coordinates, coordinates)
-            Symmetric and not singular, in kg.
-        stiffness, damping : array_like, shape (coordinates, coordinates)
+        mass : array_like or sparse matrix, shape (coordinates, coordinates)
+            Symmetric, in kg.  Coordinates whose rows are 0 follow the others statically (Guyan); the rest of the matrix
+            is not singular.
+        stiffness, damping : array_like or sparse matrix, shape (coordinates, coordinates)
             Symmetric, in N/m and N s/m.
-        names : sequence of str, or dict of array_like, optional
-            Of the coordinates, ``m1``, ``m2``, ... if they are left out; or of points, each with its displacement where
-            one coordinate moves by 1 alone, as ``{"middle": [0.5, 0.5]}``.
+        names : sequence of str, or dict, optional
+            Of the coordinates, ``m1``, ``m2``, ... if they are left out; or of points: each is a coordinate, by its
+            number from 0, ``{"tip": 298}``, or moves as several do, by its displacement where each moves by 1 alone,
+            ``{"middle": [0.5, 0.5]}``.
         ground : array_like, optional
             How far each coordinate moves where everything moves by 1.  Without it that is 1, and with points nothing:
             then no acceleration of the ground can act.
+        modes : int, optional
+            How many of the lowest modes are taken, of matrices with up to 3,000 rows, or sparse ones with up to
+            200,000.  A simulation holds 8.
+        damping_ratios : array_like, optional
+            Of the modes, over the critical damping, beside what ``damping`` has; one number is that of all.
+        residual : sequence of str
+            Points whose static flexibility is kept: each adds a mode, which has what the others leave out there
+            (MacNeal, Rubin).  So does a stop there have its stiffness.
 
         Returns
         -------
@@ -176,15 +190,39 @@ class System:
         Raises
         ------
         TypeError, ValueError
-            If a matrix is not one, has another shape, is not symmetric, or that of the masses is singular.
+            If a matrix is not one, has another shape, is not symmetric, or has a motion without a mass.
+
+        Warns
+        -----
+        AccuracyWarning
+            If modes that are left out have more than 1 % of the static flexibility at a point, or 10 % of the mass that
+            the ground moves.
+        ProblemWarning
+            If coordinates have no mass.
+        StationarityWarning
+            If modes have a frequency of 0.
 
         Examples
         --------
         >>> frame = System.from_matrices([[2.0, 0.0], [0.0, 1.0]], [[50.0, -20.0], [-20.0, 20.0]])
         >>> frame.parts[2:]
         (Spring(stiffness=30.0, between=('ground', 'm1')), Spring(stiffness=20.0, between=('m1', 'm2')))
+
+        Two modes of a rod of 300 elements, free at one end, with its static stiffness there:
+
+        >>> from scipy.sparse import diags_array
+        >>> stiffness = diags_array([-3e5, 6e5, -3e5], offsets=[-1, 0, 1], shape=(300, 300)).tolil()
+        >>> stiffness[299, 299] = 3e5
+        >>> rod = System.from_matrices(
+        ...     diags_array([0.01] * 299 + [0.005]), stiffness, modes=2, damping_ratios=0.01, names={"end": 299},
+        ...     residual=["end"],
+        ... )
+        >>> rod.points
+        ('mode_1', 'mode_2', 'mode_3', 'end')
         """
-        return cls(*parts_of_matrices(mass, stiffness, damping, names, ground))
+        return cls(*parts_of_matrices(
+            mass, stiffness, damping, names, ground, modes, damping_ratios, residual
+        ))  # fmt: skip
 
     @classmethod
     def from_modes(
@@ -194,13 +232,15 @@ class System:
         shapes: Mapping[str, ArrayLike],
         damping_ratios: ArrayLike = 0.0,
         participations: ArrayLike = 0.0,
+        *,
+        unit: FrequencyUnit = "rad/s",
     ) -> System:
         """A structure by its modes, from a measurement or a finite element program.
 
         Parameters
         ----------
         frequencies : array_like, shape (modes,)
-            Of each mode in rad/s; 0 of one that no spring holds.
+            Of each mode; 0 of one that no spring holds.
         masses : array_like, shape (modes,)
             Modal masses in kg, those of the shapes given; one number is that of all modes.
         shapes : dict of array_like, shape (modes,)
@@ -210,6 +250,8 @@ class System:
         participations : array_like, shape (modes,)
             How far each mode moves where everything moves by 1, phi^T M 1 / modal mass.  Without them no acceleration
             of the ground can act.
+        unit : {"rad/s", "Hz"}
+            Of the frequencies.
 
         Returns
         -------
@@ -222,13 +264,22 @@ class System:
         TypeError, ValueError
             If numbers are not as many as the modes, not finite or negative, or a shape has no name.
 
+        Warns
+        -----
+        StationarityWarning
+            If a frequency is 0.
+
+        See Also
+        --------
+        springpot.read_modes : The same from a table in a file.
+
         Examples
         --------
         >>> mast = System.from_modes([6.0, 40.0], [2.0, 1.5], {"top": [1.0, -1.0], "middle": [0.4, 0.7]}, 0.01)
         >>> mast.points
         ('mode_1', 'mode_2', 'top', 'middle')
         """
-        return cls(*parts_of_modes(frequencies, masses, shapes, damping_ratios, participations))
+        return cls(*parts_of_modes(frequencies, masses, shapes, damping_ratios, participations, unit))
 
     def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
         """The parts of these kinds, in the order given."""
