@@ -169,7 +169,7 @@ class Session:
         from springpot.explorer.scattering import scattered
 
         run = {"devices": message.devices, "seed": question.asked.seed, "threads": self._engine.threads}
-        self._scattering.begin("scatter", scattered, question.devices, run)
+        self._scattering.begin("scatter", scattered, question.devices, message.length, run)
 
     def refuse(self, sentence: str, asked: int | None = None) -> None:
         """Tell the tab why a message was refused, and the number of the question if it was one."""
@@ -370,15 +370,15 @@ async def _drop(work: asyncio.Future[Any]) -> None:
 def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
     """Grow an ensemble: a report of its estimates, densities, and <A^2> over time."""
     growing.grow()
-    values, errors = growing.estimates()
+    (values, errors), (peaks, their_errors) = growing.estimates(), growing.peaks()
     settings = growing.simulation.settings
     report = {
         "paths": growing.paths,
         "of": settings.paths,
         "complete": growing.complete,
         "seconds": growing.seconds,
-        "values": plain(values),
-        "errors": plain(errors),
+        "values": plain(values | peaks),
+        "errors": plain(errors | their_errors),
         "warnings": growing.warnings() if growing.complete else (),
         "settings": {name: getattr(settings, name) for name in SHOWN_SETTINGS},
         "stationary": growing.stationary,
