@@ -143,8 +143,18 @@ def _digits(points: Sequence[tuple[float, float]], of_one: float = 1.0) -> int:
     return max(len(f"{value / of_one:.9e}".split("e")[0].rstrip("0")) for _, value in points)
 
 
-def with_table(system: System, text: str) -> System:
-    """The same system with another table of densities, in the place of its own or of another noise.
+def with_table(system: System, content: bytes, title: str = "the table", unit: str = "") -> tuple[System, list[str]]:
+    """The same system with another table of densities, in the place of its own or of another noise; what was assumed.
+
+    Parameters
+    ----------
+    system : System
+    content : bytes
+        Of a file of densities, of any kind that is read.
+    title : str
+        Names it in what is said of its faults.
+    unit : str
+        Of the densities, where the file does not say it.
 
     Raises
     ------
@@ -154,8 +164,8 @@ def with_table(system: System, text: str) -> System:
     Examples
     --------
     >>> from springpot.problem.parts import Spring
-    >>> given = "frequency_Hz,psd_g2/Hz\\n10,0.02\\n2000,0.02"
-    >>> with_table(System(Spring(4e4), shake=WhiteNoise(1.0, on="ground")), text=given).parts[1].frequency
+    >>> given = b"frequency_Hz,psd_g2/Hz\\n10,0.02\\n2000,0.02"
+    >>> with_table(System(Spring(4e4), shake=WhiteNoise(1.0, on="ground")), given)[0].parts[1].frequency
     (10.0, 2000.0)
     """
     if not (name := _replaced(system)):
@@ -164,9 +174,9 @@ def with_table(system: System, text: str) -> System:
         )
     stated = dict(system.stated())
     old: Any = stated[name]
-    frequency, psd, of_force, _ = densities_in(text.encode(), "the table", Stated())
+    frequency, psd, of_force, notes = densities_in(content, title, Stated(unit=unit))
     on = old.on if of_force and not old.of_ground else ""
     made = SpectralExcitation.from_psd(
         frequency, psd, "N2/Hz" if of_force else "m2/s4/Hz", on=on, envelope=getattr(old, "envelope", None)
     )
-    return System(**(stated | {name: made}))
+    return System(**(stated | {name: made})), notes

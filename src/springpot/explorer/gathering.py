@@ -177,7 +177,7 @@ class Gathering:
         return {name: distribution for one in found for name, distribution in one.items()}
 
     def peaks(self) -> tuple[dict[str, float], dict[str, float]]:
-        """What an engineer asks first beside the moments, and its standard errors, by name; NaN where it is not known.
+        """What an engineer asks first beside the moments, and its standard errors, by name.
 
         Of impact speeds the 99 % quantile; of accelerations, which are those between impacts on rigid walls, the mean
         over the paths of the largest in the window.
@@ -185,7 +185,8 @@ class Gathering:
         values, errors = dict[str, float](), dict[str, float]()
         for name, distribution in self.distributions().items():
             rate = f"{name.removesuffix('impact_speed')}impact_rate"
-            if name.endswith("impact_speed") and not self.simulation.motion.uncounted_because(rate):
+            known = distribution.size and not self.simulation.motion.uncounted_because(rate)
+            if known and name.endswith("impact_speed"):
                 at, error = distribution.quantile(FAST)
                 values[f"{name}_quantile_{FAST}"], errors[f"{name}_quantile_{FAST}"] = float(at), float(error)
         for extremes, largest in zip(self._accelerations, self._largest[:, : self.paths], strict=True):

@@ -61,13 +61,27 @@ class File(_Strict):
 
 
 class FilePart(_Strict):
-    """A part of a file of measured data, a system or a table of densities; ``part`` 0 begins another file."""
+    """A part of a file of measured data, a system or a table of densities; ``part`` 0 begins another file.
+
+    Parameters
+    ----------
+    kind, name
+    part, of : int
+        Its number, and how many there are.
+    text : str
+        Of a binary file its bytes in base64.
+    binary : bool
+    unit : str
+        Of a table of densities whose file does not say it.
+    """
 
     kind: Literal["data", "system", "table"]
     name: Annotated[str, Field(min_length=1, max_length=200)]
     part: Annotated[int, Field(ge=0, lt=MOST_PARTS)]
     of: Annotated[int, Field(ge=1, le=MOST_PARTS)]
     text: Annotated[str, Field(max_length=LONGEST_PART)]
+    binary: bool = False
+    unit: Annotated[str, Field(max_length=20)] = ""
 
 
 class Fit(_Strict):

@@ -33,7 +33,7 @@ export class FitCard {
     this.forget();
     this.sent = file;
     this.say(`reading ${file.name}…`);
-    const fault = await send(file, "data", this.connection, ADVICE, () => this.sent === file);
+    const fault = await send(file, "data", this.connection, ADVICE, { wanted: () => this.sent === file });
     if (fault) this.say(fault, true);
   }
 

@@ -78,7 +78,7 @@ const table = new Table(element("table"), element("warnings"), element("silent")
 let excitationCard = null, below = null;
 const loadBelow = () => { below ??= makeBelow(); return below; };
 async function makeBelow() {
-  document.head.append(Object.assign(document.createElement("link"), { rel: "stylesheet", media: "print", href: "/static/print.css" }));
+  document.head.append(Object.assign(document.createElement("link"), { rel: "stylesheet", href: "/static/below.css" }));
   const [{ ExcitationCard, RequestsCard }, { RareCard }, { ScatterCard }, { FitCard }] = await Promise.all(["requests", "rare", "scatter", "fit", "drawn"].map((name) => import(`./${name}.js`)));
   new FitCard(element, connection, controls);
   new RequestsCard(element, connection, state);
@@ -95,7 +95,7 @@ const jumps = [...document.querySelectorAll("[data-to]")];
 for (const jump of jumps) {
   jump.addEventListener("click", async () => {
     await loadBelow();
-    requestAnimationFrame(() => element(jump.dataset.to).scrollIntoView({ block: "start" }));
+    element(jump.dataset.to).scrollIntoView({ block: "start" });
   });
 }
 function showJumps() { for (const jump of jumps) jump.hidden = element(jump.dataset.to).hidden; }
@@ -455,7 +455,8 @@ element("open-file").addEventListener("change", async ({ target }) => {
   target.value = "";
   notice("file", fault || "");
 });
-on("shelved", ({ of, place, fault }) => {
+on("shelved", async ({ of, place, said, fault }) => {
+  if (said) (await import("./files.js")).keepNote(said);
   if (!fault) goTo(place, state);
   else if (of === "table") excitationCard.refuse(fault);
   else notice("file", fault);

@@ -1,7 +1,7 @@
 // What is asked beside the moments: a table of densities for the excitation, and forces, cycles, passages, profiles of a run.
 
 import { Drawn, inUnits } from "./drawn.js";
-import { send } from "./files.js";
+import { send, takeNote } from "./files.js";
 import { OPENED } from "./problem.js";
 import { escaped } from "./table.js";
 import { typeset } from "./numbers.js";
@@ -16,9 +16,11 @@ const EXCITATION = `
     <summary>Another table of densities</summary>
     <p class="caption">One line for each break point, with the units in the header: frequency_Hz or frequency_rad/s, and psd_g2/Hz, psd_m2/s4/Hz or psd_N2/Hz, one-sided. Between the points the density is a straight line on logarithmic axes. The table takes the place of the present one, or of white, colored or Kanai-Tajimi noise.</p>
     <textarea id="table-text" spellcheck="false" aria-label="Table of densities"></textarea>
+    <label class="many">unit of the densities, if the header has none <select id="table-unit"><option value="">–</option><option value="g2/Hz">g²/Hz</option><option value="m2/s4/Hz">(m/s²)²/Hz</option><option value="N2/Hz">N²/Hz</option></select></label>
     <div class="fit-ask"><button type="button" class="button primary" id="table-use">Use this table</button>
-      <label class="button">CSV file… <input type="file" id="table-file" accept=".csv,.txt,.tsv,text/csv" class="sr"></label></div>
+      <label class="button">File… <input type="file" id="table-file" accept=".csv,.txt,.tsv,.dat,.asc,.mat,.uff,.unv,.58,text/csv,text/plain" class="sr"></label></div>
   </details>
+  <p id="table-said" class="caption" role="status"></p>
   <p id="table-note" class="caption wrong" role="status"></p>`;
 
 const ASKED = `
@@ -38,15 +40,16 @@ export class ExcitationCard {
   constructor(element, connection, state) {
     element("excitation").insertAdjacentHTML("beforeend", EXCITATION);
     const note = element("table-note"), text = element("table-text"), say = (said) => { note.textContent = said; };
-    const take = async (file) => say(file ? await send(file, "table", connection, { large: ".", binary: "." }) : "");
+    const take = async (file) => say(file ? await send(file, "table", connection, { large: ".", binary: ": save it as CSV." }, { unit: element("table-unit").value }) : "");
     this.drawn = new Drawn(element("excitation-charts"), "excitation");
     this.card = element("excitation");
     text.value = OPENED.table;
     text.rows = Math.min(Math.max(OPENED.table.split("\n").length + 1, 4), 12);
     element("table-ask").hidden = !OPENED.table;
-    element("table-use").addEventListener("click", () => take(new File([text.value], "table.csv")));
+    element("table-use").addEventListener("click", () => take(new File([text.value], "the table")));
     element("table-file").addEventListener("change", ({ target }) => { take(target.files[0]); target.value = ""; });
     this.refuse = say;
+    element("table-said").textContent = takeNote();
     this.unit = element("density-unit");
     this.unit.addEventListener("change", () => state.setShown("excitation", this.unit.value));
   }
