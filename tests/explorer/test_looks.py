@@ -243,3 +243,5 @@ def test_what_was_assumed_of_a_table_is_said(tabs: dict[str, Tab]) -> None:
     tab.complete()
     tab.wait("document.querySelector('#scatter-form') !== null", seconds=20.0)
     assert page.locator("#table-text").input_value() == "frequency_Hz,psd_g2/Hz\n20,0.02\n2000,0.02"
+    said = "levels.csv was read; it is not in UTF-8, and is read as Latin-1; its commas are decimal marks."
+    assert words(tab, "#table-said") == said

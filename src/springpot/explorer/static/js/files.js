@@ -7,15 +7,12 @@ const BINARY = /^(MATLAB [57]\.|\x89HDF|\s*-1[ \t]*\r?\n\s*\d+b)/i; // kinds of 
 const HANDFUL = 40, PAUSE = 500; // parts, and ms between them: the server takes some 100 messages a second
 const pause = (time) => new Promise((done) => { setTimeout(done, time); });
 
-// by the mark at its beginning, else UTF-8 if it can be, else Latin-1, as files are read without the page
-function decoded(bytes) {
-  const [first, second] = bytes;
-  const marked = first === 0xff && second === 0xfe ? "utf-16le" : first === 0xfe && second === 0xff ? "utf-16be" : "";
-  if (marked) return new TextDecoder(marked).decode(bytes);
+// null if they are no text in UTF-8
+function textOf(bytes) {
   try {
     return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
   } catch {
-    return new TextDecoder("latin1").decode(bytes);
+    return null;
   }
 }
 
@@ -31,9 +28,11 @@ export async function send(file, kind, connection, advice, { wanted = () => true
   if (file.size > LARGEST) return `${name} is larger than 1.4 MB${advice.large}`;
   const content = await file.arrayBuffer().catch(() => null);
   if (content === null) return `${name} cannot be read.`;
-  const bytes = new Uint8Array(content), binary = kind !== "system" && BINARY.test(new TextDecoder("latin1").decode(bytes.subarray(0, 200)));
-  if (binary && file.size > LARGEST_BINARY) return `${name} is larger than 1 MB${advice.large}`;
-  const text = binary ? inBase64(bytes) : decoded(bytes);
+  // other encodings and binary files are read where files are read without the page
+  const bytes = new Uint8Array(content), begin = new TextDecoder("latin1").decode(bytes.subarray(0, 200)), own = textOf(bytes);
+  const binary = kind !== "system" && (own === null || BINARY.test(begin)), text = binary ? inBase64(bytes) : own;
+  if (binary && file.size > LARGEST_BINARY) return `${name} is larger than 1 MB, and not in UTF-8${advice.large}`;
+  if (text === null) return `${name} is not text in UTF-8.`;
   if (!binary && NO_TEXT.test(text)) return `${name} is not text, for it has control characters${advice.binary}`;
   const parts = text.match(PARTS) ?? [""];
   for (let part = 0; part < parts.length && wanted(); part += 1) {
