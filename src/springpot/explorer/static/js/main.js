@@ -79,7 +79,7 @@ let excitationCard = null, below = null;
 const loadBelow = () => { below ??= makeBelow(); return below; };
 async function makeBelow() {
   document.head.append(Object.assign(document.createElement("link"), { rel: "stylesheet", href: "/static/below.css" }));
-  const [{ ExcitationCard, RequestsCard }, { RareCard }, { ScatterCard }, { FitCard }] = await Promise.all(["requests", "rare", "scatter", "fit", "drawn"].map((name) => import(`./${name}.js`)));
+  const [{ ExcitationCard, RequestsCard }, { RareCard }, { ScatterCard }, { FitCard }] = await Promise.all([import("./requests.js"), import("./rare.js"), import("./scatter.js"), import("./fit.js"), import("./drawn.js"), import("./files.js")]);
   new FitCard(element, connection, controls);
   new RequestsCard(element, connection, state);
   new RareCard(element, connection, state);
