@@ -140,6 +140,7 @@ on("asked", (problem) => {
   if (view.old.curve) view.marker = null;
   element("tile-paths-note").textContent = "\u00a0";
   showOld();
+  drawNumbers(); // that theory is computing is seen at once
 });
 on("accepted", (message) => { view.copies = message; controls.showLaws(message.laws); notice("question", ""); });
 on("refused", ({ sentence, asked }) => {

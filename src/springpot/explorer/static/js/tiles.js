@@ -66,11 +66,11 @@ export function showTiles(view, element, playing) {
   const gap = answer && measured && !old && !transient ? gapText(gapOf(answer.moments[name], values[name], errors[name])) : "";
   const silent = theory && !best && !old ? (isSilent(theory) ? "no analytical method covers this" : "no method is recommended here") : "";
   const value = answer?.moments[name] ?? null;
-  element("tile-theory").classList.toggle("stale", old && !computing);
-  element("tile-theory").classList.toggle("computing", computing);
-  say("tile-theory-name", best && !computing ? METHODS[best].label : "");
-  write("tile-theory", computing ? "computing…" : value === null ? "–" : `<small>${title}</small> ${withErrorHtml(value * factor, null, unit)}`);
-  say("tile-theory-note", computing ? "" : gap ? `deviation ${gap}` : silent || (answer && transient ? "of the stationary state" : ""));
+  element("tile-theory").classList.toggle("stale", old);
+  element("tile-theory-note").classList.toggle("computing", computing);
+  say("tile-theory-name", best ? METHODS[best].label : "");
+  write("tile-theory", value === null ? "–" : `<small>${title}</small> ${withErrorHtml(value * factor, null, unit)}`);
+  say("tile-theory-note", computing ? "computing…" : gap ? `deviation ${gap}` : silent || (answer && transient ? "of the stationary state" : ""));
 
   const lines = linesOf(view);
   element("tile-lines").parentElement.hidden = !lines.length;
