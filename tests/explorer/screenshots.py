@@ -54,6 +54,9 @@ def take(
         tab.page.locator("#asked").scroll_into_view_if_needed()  # cards that are loaded when they come near
         tab.page.locator("#asked-form").wait_for()
         tab.page.evaluate("scrollTo(0, 0)")
+        if width <= 900:  # what stays at the lower end of a phone is at the end of the whole page
+            tall = tab.page.evaluate("document.documentElement.scrollHeight")
+            tab.page.set_viewport_size({"width": width, "height": tall})
     tab.page.wait_for_timeout(300)
     tab.page.screenshot(path=path, full_page=whole)
     context.close()

@@ -46,9 +46,11 @@ def test_numbers_in_metres_stay_whole(device: Tab) -> None:
     assert "10⁻⁶\u00a0m" in head
     shown = page.locator("#table tr.measured [data-quantity=x_rms]").inner_text().split()
     assert float(shown[0]) == pytest.approx(value, rel=1e-2)
-    tile = page.locator("#tile-measured").inner_text()
+    line = page.locator("#tile-lines [data-quantity=amplitude_mean_square] dd").inner_text()
+    assert line.count("·10⁻⁸") == 1
+    tile = page.locator("#tile-rms").inner_text()
     assert "(" not in tile
-    assert tile.count("·10⁻⁸") == 2
+    assert tile.count("·10⁻⁴") == 2
 
 
 def test_pin_and_unpin(device: Tab) -> None:

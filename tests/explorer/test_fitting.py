@@ -308,7 +308,11 @@ def test_a_file_is_fitted_and_taken_into_the_sliders(rubber: Server, browser: Br
         ("d.csv", ("#" + "\U0001f600" * 4000 + "\n" + moduli()).encode(), "d.csv: moduli, 15 points."),
         ("e" * 240 + ".csv", moduli().encode(), ": moduli, 15 points."),
         ("f.csv", moduli().encode("utf-16"), "f.csv: moduli, 15 points."),
-        ("g.csv", "# Prüfung\n".encode("latin-1") + moduli().encode(), "g.csv: moduli, 15 points."),
+        (
+            "g.csv",
+            "# Prüfung\n".encode("latin-1") + moduli().encode(),
+            "15 points; it is not in UTF-8, and is read as Latin-1.",
+        ),
         (
             "h.csv",
             b"Freq (Hz);E' (Pa);tan delta\n0,1;1;0,2\n1;1,5;0,3\n9;2,3;0,3\n",

@@ -61,6 +61,33 @@ def test_the_grown_ensemble_is_the_run(system: sp.System, start: str) -> None:
         np.testing.assert_array_equal(found.edges, run.distributions[name].edges)
 
 
+HEAVY = sp.System(
+    sp.Mass(0.8), sp.Spring(3200.0), sp.Springpot(0.3, 150.0), sp.Barrier(-0.003, 0.7), sp.WhiteNoise(0.5, on="ground")
+)  # fmt: skip
+
+
+def test_what_an_engineer_asks_first_is_the_run_s() -> None:
+    """The 99 % impact speed and the peak of the acceleration, with their errors, however the paths were grown."""
+    given = {"paths": 2000, "seed": 4, "start": "rest"}
+    ours = gathered(HEAVY, **given)
+    values, errors = ours.peaks()
+    step = ours.simulation.settings.step
+    run = sp.simulate(HEAVY, distributions=True, forces=["acceleration"], step=step, **given)
+    at, error = run.distributions["impact_speed"].quantile(0.99)
+    largest = np.maximum(-run.extremes["acceleration_minimum"], run.extremes["acceleration_maximum"])
+    assert values == {"impact_speed_quantile_0.99": float(at), "acceleration_peak_mean": float(largest.mean())}
+    assert errors["impact_speed_quantile_0.99"] == pytest.approx(float(error), rel=0.05)
+    assert errors["acceleration_peak_mean"] == pytest.approx(largest.std(ddof=1) / 2000**0.5)
+
+
+def test_impacts_that_cannot_be_counted_have_no_99_per_cent_speed() -> None:
+    """Under smooth noise, as their rate; and a force on the mass leaves no acceleration."""
+    smooth = sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.Barrier(-0.5, 0.7), sp.ColoredNoise(1.0, 1.0))
+    values = gathered(smooth, paths=128, start="rest").peaks()[0]
+    assert "impact_speed_quantile_0.99" not in values
+    assert gathered(sp.System(*PARTS), paths=128, start="rest").peaks() == ({}, {})
+
+
 PARTS = sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0)
 PAIR = (
     *(sp.Mass(1.0, at=at) for at in "ab"),

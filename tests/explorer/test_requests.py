@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,7 +11,8 @@ import pytest
 
 import springpot as sp
 from springpot.explorer.excitation import charts_of_excitation, table_of, with_table
-from springpot.explorer.protocol import Observe, Rare
+from springpot.explorer.measured import Parts
+from springpot.explorer.protocol import FilePart, Observe, Rare
 from springpot.explorer.rare import growing
 from springpot.explorer.requests import observed, offered
 from springpot.machine.faults import Stopped
@@ -87,18 +90,19 @@ def test_a_record_is_drawn_with_its_peaks() -> None:
 def test_a_table_takes_the_place_of_white_noise() -> None:
     """It is drawn with its overall rms, comes back as it was typed, and a wrong one is refused with one sentence."""
     device = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(0.5), shake=sp.WhiteNoise(1.0, on="ground"))
-    made = with_table(device, BAND)
+    made, notes = with_table(device, BAND.encode())
+    assert notes == []
     noise = dict(made.stated())["shake"]
     assert noise == sp.SpectralExcitation.from_psd((0.01, 2.0), (0.01, 0.02), "g2/Hz")
     (drawn,) = charts_of_excitation(made, 2.0)
     assert f"{noise.rms:.4g} m/s²" in drawn["note"]
     area = np.trapezoid(drawn["lines"][0]["values"], drawn["at"])
     assert area == pytest.approx(noise.mean_square, rel=1e-3)
-    assert with_table(device, table_of(made, 2.0)).parts[-1].psd == pytest.approx(noise.psd, rel=1e-5)
+    assert with_table(device, table_of(made, 2.0).encode())[0].parts[-1].psd == pytest.approx(noise.psd, rel=1e-5)
     filtered = sp.System(*device.parts[:3], shake=sp.KanaiTajimiNoise(2.0, 0.6, 1.0))
-    alike = with_table(filtered, table_of(filtered, 2.0))  # cut off where the page draws no longer
+    alike, _ = with_table(filtered, table_of(filtered, 2.0).encode())  # cut off where the page draws no longer
     assert sp.theory.linear(alike).x_mean_square == pytest.approx(sp.theory.linear(filtered).x_mean_square, rel=0.02)
-    assert with_table(filtered, BAND).parts[-1] == noise
+    assert with_table(filtered, BAND.encode())[0].parts[-1] == noise
     for text, sentence in (
         ("frequency_Hz,psd_g2/Hz\n2,0.02\n1,0.01\n", "must increase"),
         ("frequency_Hz,psd_dB\n1,2\n2,3\n", "unit of psd"),
@@ -106,9 +110,60 @@ def test_a_table_takes_the_place_of_white_noise() -> None:
         ("", "empty"),
     ):
         with pytest.raises(ValueError, match=sentence):
-            with_table(device, text)
+            with_table(device, text.encode())
     with pytest.raises(ValueError, match="neither a table of densities nor another noise"):
-        with_table(sp.System(sp.Spring(1.0)), BAND)
+        with_table(sp.System(sp.Spring(1.0)), BAND.encode())
+
+
+def test_what_was_assumed_of_a_table_and_a_binary_one() -> None:
+    """A MATLAB file is read as it is; of a text in Latin-1 it is said, as where it is read in Python."""
+    from scipy.io import savemat
+
+    device, kept = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.WhiteNoise(1.0, on="ground")), io.BytesIO()
+    savemat(kept, {"freq_Hz": [10.0, 2000.0], "psd": [0.02, 0.01]})
+    made, _ = with_table(device, kept.getvalue(), "levels.mat", "g2/Hz")
+    assert made.parts[-1] == sp.SpectralExcitation.from_psd((10.0, 2000.0), (0.02, 0.01), "g2/Hz")
+    with pytest.raises(ValueError, match=r"levels\.mat.* psd"):
+        with_table(device, kept.getvalue(), "levels.mat")
+    parts = Parts()
+    text = base64.b64encode(BAND.encode()).decode()
+    assert parts.whole(FilePart(kind="table", name="b", part=0, of=1, text=text, binary=True)) == BAND.encode()
+    with pytest.raises(ValueError, match="table: the bytes of a binary file must be in base64"):
+        parts.whole(FilePart(kind="table", name="b", part=0, of=1, text="no base64!", binary=True))
+    _, notes = with_table(device, "# géré\n".encode("latin-1") + BAND.encode(), "levels.csv")
+    assert notes == ["it is not in UTF-8, and is read as Latin-1"]
+
+
+def test_lengths_are_asked_and_found_in_millimetres() -> None:
+    """Levels in mm are those in m, and so are the numbers and the axes; other units stay."""
+    device = sp.System(sp.Mass(0.8), sp.Spring(3200.0), sp.Dashpot(5.0), sp.WhiteNoise.from_psd(0.01, "g2/Hz"))
+    asked = {"kind": "observe", "forces": ["spring_force"], "levels_of": "x", "cycles_of": "x", "bins": 4}
+    run = {"paths": 128, "seed": 3}
+    metres = observed(device, Observe(**asked, levels=[0.004, 0.006], strength=0.01), run, float, bool)
+    both = observed(device, Observe(**asked, levels=[4.0, 6.0], strength=10.0, length="mm"), run, float, bool)
+    found, same = dict(both["numbers"]), dict(metres["numbers"])
+    assert found["x past 4 mm, rate"] == same["x past 0.004 m, rate"]
+    for words in ("spring force, rms", "x damage rate"):
+        assert found[words] == same[words]
+    for one, other in zip(both["charts"], metres["charts"], strict=True):
+        times = {"mm": 1e3, "mm²": 1e6, "mm²/s²": 1e6}
+        assert one["at"] == pytest.approx(np.multiply(other["at"], times.get(one["x"][1], 1.0)))
+        for line, its in zip(one["lines"], other["lines"], strict=True):
+            known = np.array(its["values"], dtype=float) * times.get(one["y"][1], 1.0)
+            np.testing.assert_allclose(np.array(line["values"], dtype=float), known)
+    assert {one["x"][1] for one in both["charts"]} >= {"mm", "N", "s"}
+
+
+def test_a_table_is_shown_in_the_unit_in_which_it_was_stated() -> None:
+    """In g²/Hz where this takes fewer digits, else in (m/s²)²/Hz."""
+
+    def of(densities: tuple[float, ...], unit: str) -> str:
+        return table_of(
+            sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.SpectralExcitation.from_psd((1, 5), densities, unit)), 2
+        )
+
+    assert of((0.01, 0.04), "g2/Hz") == "frequency_Hz,psd_g2/Hz\n1,0.01\n5,0.04"
+    assert of((0.5, 2.25), "m2/s4/Hz") == "frequency_Hz,psd_m2/s4/Hz\n1,0.5\n5,2.25"
 
 
 def test_asked_on_the_page(browser: Browser, server: Server) -> None:
@@ -179,7 +234,7 @@ def test_a_table_on_the_page(browser: Browser, server: Server) -> None:
         page.locator("#asked").scroll_into_view_if_needed()
         page.locator("#excitation-charts canvas").wait_for()
         assert "Overall rms" in page.locator("#excitation-charts").inner_text()
-        system = with_table(sp.Oscillator(), BAND)
+        system, _ = with_table(sp.Oscillator(), BAND.encode())
         assert tab.number("x_rms") ** 2 == pytest.approx(sp.simulate(system, paths=640)["x_mean_square"].value)
     context.close()
 

@@ -288,9 +288,9 @@ def test_a_number_that_is_not_possible_is_said_beside_it_and_the_last_state_stay
     page.locator("#field-upper-restitution").focus()
     assert field.input_value() == "0.7"
     assert said.is_hidden()
-    page.locator("#field-upper-position").fill("-0.007")
+    page.locator("#field-upper-position").fill("-7")  # mm
     page.locator("#range-upper-position").filter(has_text="the walls must leave room").wait_for()
-    device.changed(lambda: page.locator("#field-upper-position").fill("0.0045"))
+    device.changed(lambda: page.locator("#field-upper-position").fill("4.5"))
     assert page.locator("#range-upper-position").is_hidden()
     assert shown(device)["upper_impact_rate"] > before["upper_impact_rate"]
     device.changed(lambda: to_file(page))
@@ -349,8 +349,8 @@ def test_on_a_phone_the_picture_stays_while_the_sliders_are_scrolled(device: Tab
 def test_a_wall_that_is_too_far_away_to_be_drawn_is_said(device: Tab) -> None:
     said = device.page.locator("#out-of-view")
     assert said.is_hidden()
-    device.page.locator("#field-upper-position").fill("6")
-    said.filter(has_text="Out of view: upper at 6 m →").wait_for()
+    device.page.locator("#field-upper-position").fill("6000")
+    said.filter(has_text="Out of view: upper at 6000 mm →").wait_for()
     device.changed(lambda: to_file(device.page))
     said.wait_for(state="hidden")
 
@@ -358,7 +358,7 @@ def test_a_wall_that_is_too_far_away_to_be_drawn_is_said(device: Tab) -> None:
 def test_the_equation_and_what_is_not_covered(device: Tab) -> None:
     said = device.page.locator("#equation").inner_text()
     assert said.startswith("0.8 ẍ + 3200 x + 3·107 x3 + 150 D0.3 x")
-    assert "x ≥ −0.006 m" in said
+    assert "x ≥ −6 mm" in said
     silent = device.page.locator("#silent").inner_text()
     assert "closure" in silent
     assert "no answer here: hardening cannot be part of an Oscillator" in silent
@@ -393,7 +393,7 @@ def test_a_link_that_is_not_possible_opens_the_file(context: BrowserContext, usu
         tab.wait("springpotExplorer.generation > 0")
         banner = tab.page.locator("#banner").inner_text()
         assert banner.startswith("The link's numbers are not possible: the walls must leave room")
-        assert tab.page.locator("#field-upper-position").input_value() == "0.005"
+        assert tab.page.locator("#field-upper-position").input_value() == "5"  # mm
 
 
 @pytest.mark.validation  # every day: what has no answer, in test_page.py

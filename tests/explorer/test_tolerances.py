@@ -152,7 +152,7 @@ def test_the_page_s_scatter_is_that_of_the_library() -> None:
     names = quantities_of(sp.nominal(DEVICE))
     assert names == ["impact_rate", "lower_impact_rate", "upper_impact_rate", "x_mean_square", "v_mean_square"]
     assert quantities_of(sp.System(sp.Spring(4.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))) == names[3:]
-    found, same = scattered(DEVICE, RUN, lambda _: None, lambda: False), sp.scatter(DEVICE, names, **RUN)
+    found, same = scattered(DEVICE, "m", RUN, lambda _: None, lambda: False), sp.scatter(DEVICE, names, **RUN)
     assert json.dumps(found, allow_nan=False)
     result, own = found["results"][0], same["impact_rate"]
     assert result["title"] == "impact rate"
@@ -167,10 +167,17 @@ def test_the_page_s_scatter_is_that_of_the_library() -> None:
         own.alone[order[0]].high,
     ]
     assert result["charts"][0]["mark"] == same.nominal["impact_rate"].value
+    squares = same["x_mean_square"]
+    result = scattered(DEVICE, "mm", RUN, lambda _: None, lambda: False)["results"][3]
+    assert result["title"] == "x mean square"
+    assert dict(result["numbers"])["5 % of the devices are below"].startswith(
+        f"{1e6 * squares.quantiles[0.05].value:.4g} mm² ("
+    )
+    assert result["charts"][0]["mark"] == pytest.approx(1e6 * same.nominal["x_mean_square"].value)
     with pytest.raises(Stopped):
-        scattered(DEVICE, RUN, lambda _: None, lambda: True)
+        scattered(DEVICE, "m", RUN, lambda _: None, lambda: True)
     with pytest.raises(ValueError, match="tolerances: no number has one"):
-        scattered(sp.nominal(DEVICE), RUN, lambda _: None, lambda: False)
+        scattered(sp.nominal(DEVICE), "m", RUN, lambda _: None, lambda: False)
 
 
 def test_a_tab_asks_for_devices(mount: Server) -> None:
@@ -199,7 +206,7 @@ def test_devices_that_differ_on_the_page(mount: Server, context: BrowserContext)
     with opened(context, mount, QUICK) as tab:
         page = tab.page
         assert page.locator("#tolerance-spring-stiffness").input_value() == "5"
-        assert page.locator("#tolerance-lower-position").input_value() == "0.0006"
+        assert page.locator("#tolerance-lower-position").input_value() == "0.6"  # mm
         assert page.locator("#tolerance-springpot-order").input_value() == ""
         assert page.get_by_text("from 0.28 to 0.32", exact=True).is_visible()
         assert page.locator("#tolerance-mass-value").is_hidden()

@@ -72,7 +72,10 @@ def test_a_dialect_is_read(dialect: Dialect, tmp_path: Path) -> None:
         (peer("UNITS OF FURLONG\nNPTS= 11, DT= .02", RECORD, wide, 5), {}, "its first lines must name one unit, such"),
         (peer("VELOCITY IN UNITS OF G\nNPTS= 11, DT= .02", RECORD, wide, 5), {}, "g is no unit of what its first"),
         (peer(f"{OF_G}UNITS OF CM/S/S\nNPTS= 11, DT= .02", RECORD, wide, 5), {}, "must name one unit, such as UNITS"),
-        (cosmos(2), {}, "has 2 channels, and one is read: save it in a file of its own"),
+        (cosmos(2), {}, r"has channel 1, channel 2, and one is read: choose it, such as columns={'channel 1': ''}"),
+        (cosmos(2), {"columns": {"channel 3": ""}}, "and one is read: choose it"),
+        (cosmos(2), {"columns": {"channel 1": "a_g"}}, "and one is read: choose it"),
+        (cosmos(2).replace(b"Real-header", b"Other", 1), {"columns": {"channel 1": ""}}, "seems damaged"),
         (cosmos().replace(b"  0 secs", b" 90 secs"), {}, "does not state the step of its 11 values in about 90 s"),
         (b"0,5\n0,6\n", {}, r"has no header: give columns=.*if its commas are decimal marks, give decimal=','"),
         (b"time_s;a_g\n1,000;1\n2,000;2\n", {}, "line 2: the comma of '1,000' may be a decimal mark or may separate"),
@@ -117,6 +120,17 @@ def test_what_is_stated_is_checked(given: dict[str, Any], sentence: str, tmp_pat
     place.write_text("time_s,a_g\n0,1\n1,2\n")
     with pytest.raises((TypeError, ValueError), match=f"^{sentence}"):
         sp.RecordedExcitation.from_file(place, **given)
+
+
+def test_a_channel_of_a_cosmos_file_is_chosen(tmp_path: Path) -> None:
+    """The second one is read whole, with nothing of the first."""
+    place = tmp_path / "two.v2"
+    place.write_bytes(cosmos() + cosmos().replace(b"   0.06800", b"   0.13600"))
+    first, second = (
+        sp.RecordedExcitation.from_file(place, columns={f"channel {number}": ""}).values for number in (1, 2)
+    )
+    assert first == pytest.approx(tuple(RECORD))
+    assert second == pytest.approx((2.0 * RECORD[0], *RECORD[1:]))
 
 
 def test_functions_of_a_universal_file_are_chosen_by_name(tmp_path: Path) -> None:

@@ -247,7 +247,7 @@ def test_plot(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
         (["--out", tmp_path / "a.jpg"], "must end in .png"),
         (["--out", tmp_path / "a.png", "--quantities", "x"], "--quantities must be among amplitude_mean_square, "),
         (["--out", tmp_path / "a.png", "--along", "position"], "must be an axis of the study, order or restitution"),
-        (["--out", tmp_path / "a.png", "--kind", "pie"], "--kind must be 'curves' or 'map', not 'pie'"),
+        (["--out", tmp_path / "a.png", "--kind", "pie"], "--kind must be 'curves', 'lines' or 'map', not 'pie'"),
     ):
         assert says in asked(capsys, "plot", made / "runs.zarr", *flags, code=2)[1]
     assert not (tmp_path / "a.png").exists()

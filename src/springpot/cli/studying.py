@@ -233,10 +233,11 @@ def plot(
         Parameter(negative="", consume_multiple=True, help="What to draw; those named in the study file if not given."),
     ] = None,
     kind: Annotated[
-        Literal["curves", "map"] | None,
+        Literal["curves", "lines", "map"] | None,
         Parameter(
-            help="curves: along one axis of the study; map: over two axes, of Monte Carlo, or of the last theory if "
-            "there is no Monte Carlo; curves if not given."
+            help="curves: along one axis of the study; lines: the same, in a color for each value of a second axis; "
+            "map: over two axes. Lines and maps are of Monte Carlo, or of the last theory if there is no Monte Carlo. "
+            "Curves if not given."
         ),
     ] = None,
     along: Annotated[

@@ -25,6 +25,7 @@ from springpot.problem.system import System
 
 POINTS, POINTS_OF_TABLE = 241, 41
 WIDE = 30.0  # of the natural frequency, on both sides: what is drawn of a density that has no ends
+FEWER = 3  # digits, by which a table must be shorter in g²/Hz to have been stated so
 DECADES = 1e-6  # of the largest density: what is drawn
 _REPLACED = SpectralExcitation, WhiteNoise, ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise
 """What a table may take the place of, the first there is."""
@@ -108,6 +109,8 @@ def _replaced(system: System) -> str:
 def table_of(system: System, frequency: float) -> str:
     """The table of densities of a system as CSV; of other noise in a band about a frequency in rad/s; empty without.
 
+    It is in g²/Hz where this takes fewer digits, since the densities were stated so then.
+
     Examples
     --------
     >>> from springpot.problem.parts import Spring
@@ -115,6 +118,10 @@ def table_of(system: System, frequency: float) -> str:
     frequency_Hz,psd_m2/s4/Hz
     10,2
     2000,1
+    >>> print(table_of(System(Spring(4e4), SpectralExcitation.from_psd((10.0, 2000.0), (0.04, 0.01), "g2/Hz")), 200.0))
+    frequency_Hz,psd_g2/Hz
+    10,0.04
+    2000,0.01
     """
     if not (name := _replaced(system)):
         return ""
@@ -125,12 +132,29 @@ def table_of(system: System, frequency: float) -> str:
         middle, count = frequency / (2.0 * math.pi), 2 if isinstance(part, WhiteNoise) else POINTS_OF_TABLE
         band = [float(f"{f:.4g}") for f in np.geomspace(middle / WIDE, middle * WIDE, count)]
         points = [(f, 4.0 * math.pi * part.density(2.0 * math.pi * f)) for f in band]
-    unit = "N2/Hz" if system.has_mass and not part.of_ground else "m2/s4/Hz"
-    return "\n".join([f"frequency_Hz,psd_{unit}", *(f"{f:.6g},{value:.6g}" for f, value in points)])
+    unit, of_one = "N2/Hz" if system.has_mass and not part.of_ground else "m2/s4/Hz", 1.0
+    if unit != "N2/Hz" and _digits(points, STANDARD_GRAVITY**2) <= _digits(points) - FEWER:
+        unit, of_one = "g2/Hz", STANDARD_GRAVITY**2
+    return "\n".join([f"frequency_Hz,psd_{unit}", *(f"{f:.6g},{value / of_one:.6g}" for f, value in points)])
 
 
-def with_table(system: System, text: str) -> System:
-    """The same system with another table of densities, in the place of its own or of another noise.
+def _digits(points: Sequence[tuple[float, float]], of_one: float = 1.0) -> int:
+    """How many digits the longest density has in a unit of so many (m/s²)²/Hz."""
+    return max(len(f"{value / of_one:.9e}".split("e")[0].rstrip("0")) for _, value in points)
+
+
+def with_table(system: System, content: bytes, title: str = "the table", unit: str = "") -> tuple[System, list[str]]:
+    """The same system with another table of densities, in the place of its own or of another noise; what was assumed.
+
+    Parameters
+    ----------
+    system : System
+    content : bytes
+        Of a file of densities, of any kind that is read.
+    title : str
+        Names it in what is said of its faults.
+    unit : str
+        Of the densities, where the file does not say it.
 
     Raises
     ------
@@ -140,8 +164,8 @@ def with_table(system: System, text: str) -> System:
     Examples
     --------
     >>> from springpot.problem.parts import Spring
-    >>> given = "frequency_Hz,psd_g2/Hz\\n10,0.02\\n2000,0.02"
-    >>> with_table(System(Spring(4e4), shake=WhiteNoise(1.0, on="ground")), text=given).parts[1].frequency
+    >>> given = b"frequency_Hz,psd_g2/Hz\\n10,0.02\\n2000,0.02"
+    >>> with_table(System(Spring(4e4), shake=WhiteNoise(1.0, on="ground")), given)[0].parts[1].frequency
     (10.0, 2000.0)
     """
     if not (name := _replaced(system)):
@@ -150,9 +174,9 @@ def with_table(system: System, text: str) -> System:
         )
     stated = dict(system.stated())
     old: Any = stated[name]
-    frequency, psd, of_force, _ = densities_in(text.encode(), "the table", Stated())
+    frequency, psd, of_force, notes = densities_in(content, title, Stated(unit=unit))
     on = old.on if of_force and not old.of_ground else ""
     made = SpectralExcitation.from_psd(
         frequency, psd, "N2/Hz" if of_force else "m2/s4/Hz", on=on, envelope=getattr(old, "envelope", None)
     )
-    return System(**(stated | {name: made}))
+    return System(**(stated | {name: made})), notes

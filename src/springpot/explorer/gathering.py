@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from functools import cache
 from typing import Any
@@ -11,17 +12,20 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.kernel.callbacks import callback
+from springpot.simulation.kernel.feeling import MOST_FELT
 from springpot.simulation.kernel.lanes import GROUP, LANES
-from springpot.simulation.kernel.watching import ON_STEPS
+from springpot.simulation.kernel.watching import BATCHES, ON_STEPS
 from springpot.simulation.lowering.observers import Observer, begins, layout
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.result.warnings import doubts
 from springpot.simulation.watch.distributions import Distribution, Sketch
+from springpot.simulation.watch.extremes import Extremes
 
 BINS = 160  # of time, in which <A^2> is averaged
 SHOWN_RELAXATIONS = 6.0  # of the transient
 AT_ONCE = 0.03  # s of work per call of `grow`
+FAST = 0.99  # share of the impacts that are slower than the speed that is shown
 MOST_BLOCKS = 64  # per call: each has its own row in the observer's result
 
 
@@ -90,9 +94,14 @@ class Gathering:
         self.paths = 0  # so far
         self.seconds = 0.0  # of work
         self._rows = np.empty((settings.paths, len(simulation.parts.columns)))
-        seen = [seen for seen in simulation.motion.seen if "x" in seen.names]
-        self._sketches = [Sketch.of(each, simulation.motion, settings) for each in seen]
-        self._counts = [dict[str, Floats]() for _ in seen]
+        motion = simulation.motion
+        seen = [seen for seen in motion.seen if "x" in seen.names]
+        self._sketches = [Sketch.of(each, motion, settings) for each in motion.seen]
+        self._counts = [dict[str, Floats]() for _ in self._sketches]
+        shown = [*motion.felt.items()][:MOST_FELT]
+        felt = [name for name, one in shown if name.endswith("acceleration") and not one.reason]
+        self._accelerations = [Extremes.of(motion.seen_by_name(name, "forces")) for name in felt]
+        self._largest = np.empty((len(felt), settings.paths))
         steps = _growth_steps(simulation.plan)
         self._early = simulation.but(duration=steps * settings.step, window=(0.0, steps * settings.step), record=0)
         self._speeds = speeds
@@ -119,11 +128,19 @@ class Gathering:
         begun = time.perf_counter()
         count = min(self._blocks * LANES, self.simulation.settings.paths - self.paths)
         more = self.simulation.but(paths=count, record=0)
-        ensemble = more.advance(skipped=self.paths, observers=[sketch.observer for sketch in self._sketches])
+        watching = [each.observer for each in (*self._sketches, *self._accelerations)]
+        ensemble = more.advance(skipped=self.paths, observers=watching)
         self._rows[self.paths : self.paths + count] = ensemble.rows
+        for number, extremes in enumerate(self._accelerations):
+            found = ensemble.observed[extremes.observer]
+            largest = np.maximum(-found["x_minimum"], found["x_maximum"])
+            self._largest[number, self.paths : self.paths + count] = largest
         for sketch, counts in zip(self._sketches, self._counts, strict=True):
             for name, counted in ensemble.observed[sketch.observer].items():
-                counts[name] = counts.get(name, 0.0) + counted.sum(axis=0, keepdims=True)
+                rows = BATCHES if name == "impact_speed" else 1  # the only one whose quantile is shown, with its error
+                kept = counts.setdefault(name, np.zeros((rows, counted.shape[1])))
+                for row, batch in enumerate(counted):
+                    kept[(self.paths // LANES + row) % rows] += batch
         self._watch_growth(count)
         self.paths += count
         spent = time.perf_counter() - begun
@@ -158,6 +175,24 @@ class Gathering:
         every = zip(self._sketches, self._counts, strict=True)
         found = (sketch.distributions(self.simulation, counts) for sketch, counts in every)
         return {name: distribution for one in found for name, distribution in one.items()}
+
+    def peaks(self) -> tuple[dict[str, float], dict[str, float]]:
+        """What an engineer asks first beside the moments, and its standard errors, by name.
+
+        Of impact speeds the 99 % quantile; of accelerations, which are those between impacts on rigid walls, the mean
+        over the paths of the largest in the window.
+        """
+        values, errors = dict[str, float](), dict[str, float]()
+        for name, distribution in self.distributions().items():
+            rate = f"{name.removesuffix('impact_speed')}impact_rate"
+            known = distribution.size and not self.simulation.motion.uncounted_because(rate)
+            if known and name.endswith("impact_speed"):
+                at, error = distribution.quantile(FAST)
+                values[f"{name}_quantile_{FAST}"], errors[f"{name}_quantile_{FAST}"] = float(at), float(error)
+        for extremes, largest in zip(self._accelerations, self._largest[:, : self.paths], strict=True):
+            name = f"{extremes.observer.seen.names['x']}_peak_mean"
+            values[name], errors[name] = float(largest.mean()), float(largest.std() / math.sqrt(self.paths - 1))
+        return values, errors
 
     def growth(self) -> tuple[Floats, Floats]:
         """<x^2 + speeds v^2> of what is seen in each of BINS of time, and its error (NaN while there is one block)."""

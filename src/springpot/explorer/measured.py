@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import threading
 import time
 from collections.abc import Callable, Coroutine, Sequence
@@ -25,19 +26,19 @@ class Parts:
     >>> parts = Parts()
     >>> parts.whole(FilePart(kind="data", name="a.csv", part=0, of=2, text="t,"))
     >>> parts.whole(FilePart(kind="data", name="a.csv", part=1, of=2, text="x"))
-    't,x'
+    b't,x'
     """
 
     def __init__(self) -> None:
         self._texts: list[str] = []
 
-    def whole(self, part: FilePart) -> str | None:
-        """Keep a part; the text of the file with the last one.
+    def whole(self, part: FilePart) -> bytes | None:
+        """Keep a part; the content of the file with the last one.
 
         Raises
         ------
         ValueError
-            If it is not the next part.
+            If it is not the next part, or not in base64 where it must be.
         """
         if part.part == 0:
             self._texts = []
@@ -47,7 +48,12 @@ class Parts:
         if part.part < part.of - 1:
             return None
         text, self._texts = "".join(self._texts), []
-        return text
+        if not part.binary:
+            return text.encode()
+        try:
+            return base64.b64decode(text, validate=True)
+        except ValueError:
+            raise ValueError(f"{part.kind}: the bytes of a binary file must be in base64.") from None
 
 
 class Work:
@@ -133,8 +139,8 @@ class Measured(Work):
         if part.part == 0:
             self.close()
             self._data = None
-        if (text := self._parts.whole(part)) is not None:
-            self._begin(lambda stopped: self._read(part.name, text, stopped))
+        if (content := self._parts.whole(part)) is not None:
+            self._begin(lambda stopped: self._read(part.name, content, stopped))
 
     def fit(self, system: System, names: Sequence[str]) -> None:
         """Fit numbers of a system, by the names of their sliders.
@@ -148,19 +154,19 @@ class Measured(Work):
             raise ValueError("fit: there are no data yet.")
         self.begin("fit", _fitted, system, names, self._data)
 
-    async def _read(self, name: str, text: str, stopped: threading.Event) -> None:
+    async def _read(self, name: str, content: bytes, stopped: threading.Event) -> None:
         try:
-            self._data, said = await self._turns.take(_read, text, name, stopped.is_set)
+            self._data, said = await self._turns.take(_read, content, name, stopped.is_set)
             self._post("data", name=name, said=said, fault="")
         except Exception as error:
             self._post("data", name=name, said="", fault=sentence_of(error))
 
 
-def _read(text: str, name: str, stop: Callable[[], bool]) -> tuple[Any, str]:
+def _read(content: bytes, name: str, stop: Callable[[], bool]) -> tuple[Any, str]:
     from springpot.explorer.fitting import described
     from springpot.fitting.reading import data_of
 
-    data, notes = data_of(text.encode(), name, stop)
+    data, notes = data_of(content, name, stop)
     return data, "; ".join([described(data), *notes])
 
 

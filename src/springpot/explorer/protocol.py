@@ -14,6 +14,7 @@ MOST_PATHS = 100_000
 MOST_DEVICES = 4096
 _Generation = Annotated[int, Field(ge=0, le=2**31 - 1)]
 _Name = Annotated[str, Field(max_length=200)]
+Length = Literal["m", "mm"]
 
 
 class _Strict(BaseModel):
@@ -60,13 +61,27 @@ class File(_Strict):
 
 
 class FilePart(_Strict):
-    """A part of a file of measured data, a system or a table of densities; ``part`` 0 begins another file."""
+    """A part of a file of measured data, a system or a table of densities; ``part`` 0 begins another file.
+
+    Parameters
+    ----------
+    kind, name
+    part, of : int
+        Its number, and how many there are.
+    text : str
+        Of a binary file its bytes in base64.
+    binary : bool
+    unit : str
+        Of a table of densities whose file does not say it.
+    """
 
     kind: Literal["data", "system", "table"]
     name: Annotated[str, Field(min_length=1, max_length=200)]
     part: Annotated[int, Field(ge=0, lt=MOST_PARTS)]
     of: Annotated[int, Field(ge=1, le=MOST_PARTS)]
     text: Annotated[str, Field(max_length=LONGEST_PART)]
+    binary: bool = False
+    unit: Annotated[str, Field(max_length=20)] = ""
 
 
 class Fit(_Strict):
@@ -95,6 +110,8 @@ class Observe(_Strict):
         Of which displacement or force the cycles are counted, and the numbers of its `Basquin` curve.
     bins : int
         Of the profiles over time; 0 for none.
+    length : {"m", "mm"}
+        Of lengths and speeds in what is asked and in what is found.
 
     Examples
     --------
@@ -111,6 +128,7 @@ class Observe(_Strict):
     strength: float = 1.0
     cycles: float = 1.0
     bins: Annotated[int, Field(ge=0, le=400)] = 0
+    length: Length = "m"
 
 
 class StopObserving(_Strict):
@@ -131,6 +149,8 @@ class Rare(_Strict):
         In s.
     rtol : float
         As in `springpot.exceedance`.
+    length : {"m", "mm"}
+        Of lengths and speeds in what is asked and in what is found.
 
     Examples
     --------
@@ -144,6 +164,7 @@ class Rare(_Strict):
     high: float
     duration: float
     rtol: float = 0.2
+    length: Length = "m"
 
 
 class StopRare(_Strict):
@@ -163,6 +184,7 @@ class Scatter(_Strict):
 
     kind: Literal["scatter"]
     devices: Annotated[int, Field(ge=64, le=MOST_DEVICES)] = 512
+    length: Length = "m"
 
 
 class StopScatter(_Strict):

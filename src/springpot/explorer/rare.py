@@ -12,8 +12,8 @@ import numpy.typing as npt
 from springpot.explorer.ends import titled
 from springpot.explorer.excitation import chart
 from springpot.explorer.protocol import Rare
-from springpot.explorer.requests import text_of
-from springpot.explorer.sliders import written
+from springpot.explorer.requests import text_of, unit_of_level
+from springpot.explorer.sliders import shown_in, written
 from springpot.machine.faults import Stopped
 from springpot.machine.progress import until_stopped
 
@@ -59,7 +59,7 @@ def growing(
 
     if asked.low == asked.high:
         raise ValueError("the first and the last level must differ: the curve goes from the one to the other.")
-    levels = np.linspace(asked.low, asked.high, LEVELS)
+    levels = np.linspace(asked.low, asked.high, LEVELS) / shown_in(asked.length, unit_of_level(system, asked.of))[0]
     known, told = dict[str, Any](), 0.0
 
     def tell(fraction: float) -> None:
@@ -73,7 +73,7 @@ def growing(
         nonlocal known
         # larger repetitions begin anew: until they have come as far, what is known stays
         if np.count_nonzero(curve.probability) >= known.get("found", 1):
-            known = _shown(curve, asked.duration, curve.probability > 0.0)
+            known = _shown(curve, asked, curve.probability > 0.0)
         check(told)
 
     try:
@@ -82,26 +82,30 @@ def growing(
         )[asked.of]
     except Stopped:
         return known | {"said": [f"Stopped: the curve has {known.get('found', 0)} of {LEVELS} levels."]}
-    return _shown(curve, asked.duration, np.ones(LEVELS, bool))
+    return _shown(curve, asked, np.ones(LEVELS, bool))
 
 
-def _shown(curve: ExceedanceCurve, duration: float, said: npt.NDArray[np.bool_]) -> dict[str, Any]:
+def _shown(curve: ExceedanceCurve, asked: Rare, said: npt.NDArray[np.bool_]) -> dict[str, Any]:
     """A curve as the page shows it, on an axis that has room for all levels, with the numbers of some."""
     from springpot.simulation.rare.search import UNSETTLED
 
-    title, unit, seen = titled(curve.name), written(curve.unit), curve.probability > 0.0
+    title, (factor, unit), seen = (
+        titled(curve.name),
+        shown_in(asked.length, written(curve.unit)),
+        curve.probability > 0.0,
+    )
     periods = (curve.return_period, *curve.return_interval)
     own = periods if curve.settles else (curve.probability, curve.low, curve.high)
     values, low, high = (np.where(seen, each, math.nan) for each in own)
     numbers = [
-        (f"{title} past {level:.6g} {unit}, within {duration:.4g} s", text_of(words))
-        for level, words, is_said in zip(curve.levels, curve.said, said, strict=True)
+        (f"{title} past {level:.6g} {unit}, within {asked.duration:.4g} s", text_of(words))
+        for level, words, is_said in zip(factor * curve.levels, curve.said, said, strict=True)
         if is_said
     ]
     how = {"splitting": "by splitting", "plain": "on plain paths"}[curve.method]
     note = f"{curve.repetitions} repetitions of {curve.paths} paths {how}. The band is the 95 % interval."
     order = np.argsort(curve.levels)  # those below the start are exceeded downwards
-    at = curve.levels[order]
+    at = factor * curve.levels[order]
     note += "" if curve.settles else f" Return periods are {UNSETTLED}."
     name, axis = ("return period", "s") if curve.settles else ("probability", "")
     line = {"name": name, "values": values[order], "low": low[order], "high": high[order]}

@@ -13,7 +13,7 @@ import numpy as np
 from springpot.explorer.ends import titled
 from springpot.explorer.excitation import chart
 from springpot.explorer.protocol import Observe
-from springpot.explorer.sliders import raised, written
+from springpot.explorer.sliders import raised, shown_in, written
 from springpot.machine.faults import with_error
 from springpot.machine.progress import until_stopped
 from springpot.problem.basquin import HOUR, Basquin
@@ -95,9 +95,11 @@ def observed(
     wishes: dict[str, Any] = {"forces": [*asked.forces] or None, "distributions": bool(asked.forces) or None}
     wishes["profile"] = asked.bins or None
     if asked.levels:
-        wishes["first_passage"] = {asked.levels_of: [*asked.levels]}
+        factor = shown_in(asked.length, unit_of_level(system, asked.levels_of))[0]
+        wishes["first_passage"] = {asked.levels_of: [level / factor for level in asked.levels]}
     if asked.cycles_of:
-        wishes["rainflow"] = {asked.cycles_of: Basquin(asked.exponent, asked.strength, asked.cycles)}
+        factor = shown_in(asked.length, unit_of_level(system, asked.cycles_of))[0]
+        wishes["rainflow"] = {asked.cycles_of: Basquin(asked.exponent, asked.strength / factor, asked.cycles)}
     found = simulated(
         system,
         **{name: wish for name, wish in wishes.items() if wish is not None},
@@ -105,19 +107,32 @@ def observed(
         progress=until_stopped(progress, stop),
     )
     return {
-        "numbers": [*_numbers(found), *_passed(found)],
+        "numbers": [*_numbers(found, asked.length), *_passed(found, asked.length)],
         "charts": [
             *_histograms(found, asked),
-            *_cycles(found, asked.cycles_of),
-            *_survival(found),
-            *_return_periods(found),
-            *_profiles(found),
+            *_cycles(found, asked),
+            *_survival(found, asked.length),
+            *_return_periods(found, asked.length),
+            *_profiles(found, asked.length),
         ],
         "said": [*map(str, found.warnings)],
     }
 
 
-def _numbers(run: Run) -> Iterator[tuple[str, str]]:
+def unit_of_level(system: System, name: str) -> str:
+    """The unit of what can exceed a level; none of what cannot, which is refused later.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring, WhiteNoise
+    >>> [unit_of_level(System(Spring(4.0), WhiteNoise(1.0)), name) for name in ("x", "spring_force", "other")]
+    ['m', 'm/s²', '']
+    """
+    known = offered(system)
+    return next((unit for own, _, unit, _ in known["levels"] + known["forces"] if own == name), "")
+
+
+def _numbers(run: Run, length: str) -> Iterator[tuple[str, str]]:
     for name in results_on_request(run.system):
         if name not in run:
             continue
@@ -128,7 +143,8 @@ def _numbers(run: Run) -> Iterator[tuple[str, str]]:
             error, unit, name = error / (2.0 * value) if value else error, _unit(run.system, name), f"{name}, rms"
         elif name.endswith("_mean"):
             name = f"{name.removesuffix('_mean')}, mean"
-        yield titled(name), text_of(with_error(value, error, unit or "1"))
+        factor, unit = shown_in(length, unit)
+        yield titled(name), text_of(with_error(value * factor, error * factor, unit or "1"))
 
 
 def text_of(words: str) -> str:
@@ -150,11 +166,12 @@ def _levels(run: Run) -> Iterator[Any]:
         yield from passages
 
 
-def _passed(run: Run) -> Iterator[tuple[str, str]]:
+def _passed(run: Run, length: str) -> Iterator[tuple[str, str]]:
     """Of each level the share that passed, the rate and the return period; why they are not known once for all."""
     unknown = dict[str, None]()
     for own in _levels(run):
-        title = f"{titled(own.quantity)} past {own.level:.6g} {written(own.unit)}"
+        factor, unit = shown_in(length, written(own.unit))
+        title = f"{titled(own.quantity)} past {own.level * factor:.6g} {unit}"
         yield f"{title}, within {own.horizon:.4g} s", text_of(str(own.probability(own.horizon)))
         if math.isnan(own.rate.value):
             unknown[text_of(str(own.rate))] = None
@@ -172,9 +189,9 @@ def _histograms(run: Run, asked: Observe) -> Iterator[dict[str, Any]]:
                     edges, bars=density)  # fmt: skip
 
 
-def _cycles(run: Run, name: str) -> Iterator[dict[str, Any]]:
+def _cycles(run: Run, asked: Observe) -> Iterator[dict[str, Any]]:
     """How many cycles per hour are longer than each range."""
-    if name:
+    if name := asked.cycles_of:
         from springpot.simulation.paths.statistics import NORMAL
         from springpot.simulation.watch.rainflow import longer_cycles  # Numba is slow to import
 
@@ -182,17 +199,20 @@ def _cycles(run: Run, name: str) -> Iterator[dict[str, Any]]:
         place, longer, error = longer_cycles(run.distributions[f"{name}_range"], rate)
         low, high = longer - NORMAL * error, longer + NORMAL * error
         line = {"name": "longer cycles", "values": longer, "low": np.where(low > 0.0, low, np.nan), "high": high}
-        yield chart(f"{titled(name)}: ranges of its cycles", (titled(f"{name}_range"), _unit(run.system, name)),
-                    ("longer cycles", "1/h"), place, [line], logarithmic="y", note="With 95 % intervals.")  # fmt: skip
+        factor, unit = shown_in(asked.length, _unit(run.system, name))
+        yield chart(f"{titled(name)}: ranges of its cycles", (titled(f"{name}_range"), unit),
+                    ("longer cycles", "1/h"), factor * place, [line], logarithmic="y",
+                    note="With 95 % intervals.")  # fmt: skip
 
 
-def _survival(run: Run) -> Iterator[dict[str, Any]]:
+def _survival(run: Run, length: str) -> Iterator[dict[str, Any]]:
     if levels := [*_levels(run)]:
         time, lines = np.linspace(0.0, levels[0].horizon, POINTS), []
         for own in levels:
             low, high = own.survival_interval(time)
+            factor, unit = shown_in(length, written(own.unit))
             lines.append(
-                {"name": f"{own.level:.6g} {written(own.unit)}", "values": own.survival(time)[0]}
+                {"name": f"{own.level * factor:.6g} {unit}", "values": own.survival(time)[0]}
                 | {"low": low, "high": high}
             )
         yield chart(
@@ -200,22 +220,29 @@ def _survival(run: Run) -> Iterator[dict[str, Any]]:
         )
 
 
-def _return_periods(run: Run) -> Iterator[dict[str, Any]]:
+def _return_periods(run: Run, length: str) -> Iterator[dict[str, Any]]:
     """Level against return period, of the levels whose rate is known."""
     periods = {own.level: own.return_period for own in _levels(run) if own.rate.value > 0.0}
     if len(periods) > 1:
         own, levels = next(_levels(run)), sorted(periods)
         line = {end: [getattr(periods[level], end) for level in levels] for end in ("value", "low", "high")}
         words = {"name": "return period", "values": line.pop("value")} | line
-        yield chart(f"{titled(own.quantity)}: return period of the level", (titled(own.quantity), written(own.unit)),
-                    ("return period", "s"), levels, [words], logarithmic="y", note="With 95 % intervals.")  # fmt: skip
+        factor, unit = shown_in(length, written(own.unit))
+        yield chart(f"{titled(own.quantity)}: return period of the level", (titled(own.quantity), unit),
+                    ("return period", "s"), np.multiply(levels, factor), [words], logarithmic="y",
+                    note="With 95 % intervals.")  # fmt: skip
 
 
-def _profiles(run: Run) -> Iterator[dict[str, Any]]:
+def _profiles(run: Run, length: str) -> Iterator[dict[str, Any]]:
     for name, own in run.profiles.items():
         if name.endswith(_IN_BINS) and np.isfinite(own.value).any():
-            words, away = titled(name.removesuffix("_profile")), 2.0 * own.standard_error
+            factor, unit = shown_in(length, written(own.unit))
+            words, value, away = (
+                titled(name.removesuffix("_profile")),
+                factor * own.value,
+                2.0 * factor * own.standard_error,
+            )
             quantity = "mean square" if words.endswith("mean square") else "impact rate"
-            line = {"name": words, "values": own.value, "low": own.value - away, "high": own.value + away}
-            yield chart(words, ("t", "s"), (quantity, written(own.unit)), own.time, [line],
+            line = {"name": words, "values": value, "low": value - away, "high": value + away}
+            yield chart(words, ("t", "s"), (quantity, unit), own.time, [line],
                         note="Two standard errors on either side.")  # fmt: skip

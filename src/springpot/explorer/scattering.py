@@ -10,7 +10,7 @@ import numpy as np
 from springpot.explorer.ends import titled
 from springpot.explorer.excitation import chart
 from springpot.explorer.requests import HISTOGRAM_BINS, text_of
-from springpot.explorer.sliders import written
+from springpot.explorer.sliders import shown_in, written
 from springpot.machine.faults import with_error
 from springpot.machine.plain import plain
 from springpot.machine.progress import until_stopped
@@ -45,7 +45,7 @@ def quantities_of(system: System) -> list[str]:
 
 
 def scattered(
-    devices: System, run: Mapping[str, Any], progress: Callable[[float], None], stop: Callable[[], bool]
+    devices: System, length: str, run: Mapping[str, Any], progress: Callable[[float], None], stop: Callable[[], bool]
 ) -> dict[str, Any]:
     """Simulate devices that differ: of each result the numbers of the report as words and texts, and shares.
 
@@ -53,6 +53,8 @@ def scattered(
     ----------
     devices : System
         With its uncertain numbers.
+    length : {"m", "mm"}
+        Of lengths and speeds in what is found.
     run : dict
         Devices, seed and threads.
     progress : callable
@@ -70,7 +72,7 @@ def scattered(
     >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
     >>> from springpot.problem.uncertain import uncertain
     >>> device = System(Spring(4.0), Dashpot(uncertain("c", 0.5, cov=0.3)), WhiteNoise(1.0))
-    >>> found = scattered(device, {"devices": 64}, float, bool)["results"][0]
+    >>> found = scattered(device, "m", {"devices": 64}, float, bool)["results"][0]
     >>> found["title"], [one["name"] for one in found["inputs"]]
     ('x mean square', ['c'])
     """
@@ -80,41 +82,45 @@ def scattered(
         raise ValueError("tolerances: no number has one; tick Tolerances and give one to a number, beside its slider.")
 
     found = scatter(devices, quantities_of(nominal(devices)), **run, progress=until_stopped(progress, stop))
-    return {"results": [_shown(found, name) for name in found], "said": [*map(text_of, found.warnings)]}
+    return {"results": [_shown(found, name, length) for name in found], "said": [*map(text_of, found.warnings)]}
 
 
-def _shown(found: Scatter, name: str) -> dict[str, Any]:
+def _shown(found: Scatter, name: str, length: str) -> dict[str, Any]:
     """A result: its numbers as words and texts, and the shares of each input, the largest first."""
-    own, unit = found[name], written(unit_of_result(found.system, name))
+    own, (factor, unit) = found[name], shown_in(length, written(unit_of_result(found.system, name)))
     order = sorted(own.alone, key=lambda each: -own.together[each].value)
     shares = [
         {"name": each, "alone": _share(own.alone[each]), "together": _share(own.together[each])} for each in order
     ]
-    title, (density, edges) = titled(name), np.histogram(own.of_devices, HISTOGRAM_BINS, density=True)
+    title, (density, edges) = titled(name), np.histogram(factor * own.of_devices, HISTOGRAM_BINS, density=True)
     drawn = chart(f"{title} from device to device", (title, unit), ("density", ""), edges, bars=density,
-                  mark=found.nominal[name].value, note="Dashed: the nominal device.")  # fmt: skip
+                  mark=factor * found.nominal[name].value, note="Dashed: the nominal device.")  # fmt: skip
     return plain({
-        "title": title, "numbers": [(words, text_of(text)) for words, text in _numbers(found, name, unit)],
+        "title": title, "numbers": [(words, text_of(text)) for words, text in _numbers(found, name, factor, unit)],
         "charts": [drawn] if order else [], "inputs": shares, "left": _share(own.unexplained) if order else None,
     })  # fmt: skip
 
 
-def _numbers(found: Scatter, name: str, unit: str) -> Iterator[tuple[str, str]]:
+def _numbers(found: Scatter, name: str, factor: float, unit: str) -> Iterator[tuple[str, str]]:
     own, of_one = found[name], found.nominal[name]
-    yield "nominal device", with_error(of_one.value, of_one.error, unit or "1")
-    yield "mean over devices", with_error(own.mean.value, own.mean.error, unit or "1")
+    yield "nominal device", with_error(factor * of_one.value, factor * of_one.error, unit or "1")
+    yield "mean over devices", with_error(factor * own.mean.value, factor * own.mean.error, unit or "1")
     if own.scatter.value == 0.0:
-        yield "standard deviation from device to device", f"not seen: below {own.scatter.high:.3g} {unit}"
+        yield "standard deviation from device to device", f"not seen: below {factor * own.scatter.high:.3g} {unit}"
         return
     part = f", {100.0 * own.scatter.value / abs(own.mean.value):.3g} % of the mean" if own.mean.value else ""
-    low, high = own.scatter.low, own.scatter.high
-    yield "standard deviation from device to device", f"{own.scatter.value:.3g} {unit} ({low:.3g} to {high:.3g}){part}"
+    value, low, high = (factor * each for each in (own.scatter.value, own.scatter.low, own.scatter.high))
+    yield "standard deviation from device to device", f"{value:.3g} {unit} ({low:.3g} to {high:.3g}){part}"
     for at, quantile in own.quantiles.items():
-        words = f"{quantile.value:.4g} {unit} ({quantile.low:.4g} to {quantile.high:.4g})"
+        value, low, high = (factor * each for each in (quantile.value, quantile.low, quantile.high))
+        words = f"{value:.4g} {unit} ({low:.4g} to {high:.4g})"
         yield f"{100.0 * at:.0f} % of the devices are below", words
     assert found.settings is not None
     length = found.settings.window[1] - found.settings.window[0]
-    yield "standard deviation from path to path", f"{own.path_scatter:.3g} {unit} in {length:.3g} s, which averages out"
+    yield (
+        "standard deviation from path to path",
+        f"{factor * own.path_scatter:.3g} {unit} in {length:.3g} s, which averages out",
+    )
 
 
 def _share(found: Interval) -> tuple[float, float, float]:

@@ -103,8 +103,8 @@ class Session:
             case FilePart(kind="data"):
                 self._measured.take(message)
             case FilePart():
-                if (text := self._parts.whole(message)) is not None:
-                    self._shelve(message, text)
+                if (content := self._parts.whole(message)) is not None:
+                    self._shelve(message, content)
             case Fit():
                 self._measured.fit(self._present("fit").system, message.free)
             case StopFit():
@@ -139,19 +139,23 @@ class Session:
             raise ValueError(f"{kind}: no problem was asked.")
         return self._question
 
-    def _shelve(self, part: FilePart, text: str) -> None:
+    def _shelve(self, part: FilePart, content: bytes) -> None:
         """Put a system's file on the shelf, where the page opens it; or the present system with another table."""
-        name = part.name
+        name, said = part.name, ""
         try:
             if part.kind == "table":
                 from springpot.explorer.excitation import with_table
                 from springpot.problem.file import to_toml
 
                 question = self._present("table")
-                name, text = question.file, to_toml(with_table(question.devices, text))
-            self._post("shelved", of=part.kind, place=self._engine.shelf.put(text, name), fault="")
+                system, notes = with_table(question.devices, content, name, part.unit)
+                said = "; ".join([f"{name} was read", *notes]) if notes else ""
+                name, text = question.file, to_toml(system)
+            else:
+                text = content.decode()
+            self._post("shelved", of=part.kind, place=self._engine.shelf.put(text, name), said=said, fault="")
         except (TypeError, ValueError) as error:
-            self._post("shelved", of=part.kind, place="", fault=sentence_of(error))
+            self._post("shelved", of=part.kind, place="", said="", fault=sentence_of(error))
 
     def _observe(self, question: Question, message: Observe) -> None:
         from springpot.explorer.requests import observed
@@ -169,7 +173,7 @@ class Session:
         from springpot.explorer.scattering import scattered
 
         run = {"devices": message.devices, "seed": question.asked.seed, "threads": self._engine.threads}
-        self._scattering.begin("scatter", scattered, question.devices, run)
+        self._scattering.begin("scatter", scattered, question.devices, message.length, run)
 
     def refuse(self, sentence: str, asked: int | None = None) -> None:
         """Tell the tab why a message was refused, and the number of the question if it was one."""
@@ -370,15 +374,15 @@ async def _drop(work: asyncio.Future[Any]) -> None:
 def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
     """Grow an ensemble: a report of its estimates, densities, and <A^2> over time."""
     growing.grow()
-    values, errors = growing.estimates()
+    (values, errors), (peaks, their_errors) = growing.estimates(), growing.peaks()
     settings = growing.simulation.settings
     report = {
         "paths": growing.paths,
         "of": settings.paths,
         "complete": growing.complete,
         "seconds": growing.seconds,
-        "values": plain(values),
-        "errors": plain(errors),
+        "values": plain(values | peaks),
+        "errors": plain(errors | their_errors),
         "warnings": growing.warnings() if growing.complete else (),
         "settings": {name: getattr(settings, name) for name in SHOWN_SETTINGS},
         "stationary": growing.stationary,

@@ -236,6 +236,18 @@ def written(unit: str) -> str:
     return " ".join(above or ["1"] * bool(below)) + (f"/{' '.join(below)}" if below else "")
 
 
+def shown_in(length: str, unit: str) -> tuple[float, str]:
+    """The factor and the name of a unit in which lengths and speeds are shown, m or mm.
+
+    Examples
+    --------
+    >>> shown_in("mm", "m/s"), shown_in("mm", "m²"), shown_in("mm", "m/s²"), shown_in("m", "m")
+    ((1000.0, 'mm/s'), (1000000.0, 'mm²'), (1.0, 'm/s²'), (1.0, 'm'))
+    """
+    powers = {"m": 1, "m/s": 1, "m²": 2, "m²/s²": 2}
+    return (1000.0 ** powers[unit], f"m{unit}") if length == "mm" and unit in powers else (1.0, unit)
+
+
 def raised(power: int) -> str:
     """A power as a superscript.
 

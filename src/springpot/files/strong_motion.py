@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from array import array
 from collections.abc import Iterable, Sequence
@@ -12,7 +13,7 @@ from springpot.files.table import MOST_NUMBERS, RATES, Column, Stated, Table
 from springpot.files.text import Line, are_numbers
 from springpot.files.units import UNITS, quantities_of, spelled
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import FileError, listed, shown
+from springpot.machine.faults import FileError, few, listed, shown
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?")
 _UNIT = re.compile(
@@ -201,20 +202,30 @@ def is_cosmos(head: Sequence[Line]) -> bool:
 
 
 def read_cosmos(lines: Iterable[Line], title: str, stated: Stated) -> Table:
-    """A record of one channel in the COSMOS strong-motion format, version 1.20.
+    """A record of one channel in the COSMOS strong-motion format, version 1.20; of several the one in ``columns``.
 
     Raises
     ------
     FileError
-        If the numbers are not as many as the file says, their step is not known, or there are several channels.
+        If the numbers are not as many as the file says, their step is not known, or it is not said which channel.
     """
-    stated.refuse(title, "which states them", "rate", "columns", "decimal", "unit")
-    rows = [(at, text.rstrip()) for at, text in lines]
+    stated.refuse(title, "which states them", "rate", "decimal", "unit")
+    every = [(at, text.rstrip()) for at, text in lines]
+    ends = [n + 1 for n, (_, text) in enumerate(every) if text.startswith("End-of-data")]
+    pieces = [every[begin:end] for begin, end in itertools.pairwise([0, *ends, len(every)])]
+    channels = [piece for piece in pieces if any(_COSMOS_DATA.fullmatch(text) for _, text in piece)]
+    names = [f"channel {number}" for number in range(1, len(channels) + 1)]
+    chosen = dict.fromkeys(names, "") if stated.columns is None else stated.columns
+    if not isinstance(chosen, dict) or len(chosen) != 1 or {*chosen} - {*names} or any(chosen.values()):
+        which = few(names) if names else "no values"
+        raise FileError(f"{title} has {which}, and one is read: choose it, such as columns={{'channel 1': ''}}.")
+    rows = channels[names.index(*chosen)]
     found = [(n, match) for n, (_, text) in enumerate(rows) if (match := _COSMOS_DATA.fullmatch(text))]
-    if len(found) != 1:
-        raise FileError(f"{title} has {len(found)} channels, and one is read: save it in a file of its own.")
+    reals = [(n, match) for n, (_, text) in enumerate(rows) if (match := _COSMOS_REAL.fullmatch(text))]
+    if len(found) != 1 or not reals:
+        raise FileError(f"{title} seems damaged: a channel must have one header of real numbers, and one series.")
     (begin, data), count, duration = found[0], int(found[0][1][1]), int(found[0][1][3])
-    header, real = next((n, match) for n, (_, text) in enumerate(rows) if (match := _COSMOS_REAL.fullmatch(text)))
+    header, real = reals[0]
     numbers = _fields(rows[header + 1 : header + 1 + int(real[2])], int(real[3]), title)
     end = next((n for n, (_, text) in enumerate(rows) if text.startswith("End-of-data")), len(rows))
     values = _fields([row for row in rows[begin + 1 : end] if row[1].strip()], max(1, int(data[5])), title)

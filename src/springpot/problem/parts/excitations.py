@@ -25,6 +25,7 @@ from springpot.problem.spectral_density import (
     in_hertz,
     intensity_from_psd,
     one_sided_si,
+    psd_from_intensity,
 )
 
 if TYPE_CHECKING:
@@ -177,7 +178,8 @@ class WhiteNoise(Excitation):
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
-        return self.modulated(f"white noise ({name}), intensity {self.intensity:.6g} {unit('intensity')}")
+        one_sided = f", one-sided {psd_from_intensity(self.intensity, 'g2/Hz'):.6g} g^2/Hz" if self.of_ground else ""
+        return self.modulated(f"white noise ({name}), intensity {self.intensity:.6g} {unit('intensity')}{one_sided}")
 
 
 @dataclass(frozen=True)

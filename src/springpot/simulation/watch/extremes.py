@@ -16,6 +16,7 @@ from springpot.simulation.kernel.watching import ON_IMPACTS, ON_STEPS
 from springpot.simulation.lowering.observers import Observer, begins, layout
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.forces import seen_forces
 from springpot.simulation.watch.requested import Observed, Request
 
@@ -33,10 +34,14 @@ class Extremes(Request):
 
     @classmethod
     def asked(cls, plan: Plan, wishes: Mapping[str, Any]) -> Iterator[Extremes]:
-        for seen in (*plan.motion.seen, *seen_forces(plan, wishes)):
-            initial = np.full((), -math.inf, _LAYOUT)
-            initial["x_minimum"], initial["unplaced"] = math.inf, math.isnan(seen.place)
-            yield cls((Observer(seen, *_compiled(), initial, of_paths=EXTREMES),))
+        yield from map(cls.of, (*plan.motion.seen, *seen_forces(plan, wishes)))
+
+    @classmethod
+    def of(cls, seen: Seen) -> Extremes:
+        """Of this one."""
+        initial = np.full((), -math.inf, _LAYOUT)
+        initial["x_minimum"], initial["unplaced"] = math.inf, math.isnan(seen.place)
+        return cls((Observer(seen, *_compiled(), initial, of_paths=EXTREMES),))
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         """NaN without an impact."""

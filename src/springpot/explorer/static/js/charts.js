@@ -7,6 +7,7 @@ import { exponentFor, scaledUnit, short } from "./numbers.js";
 import { withUnit } from "./units.js";
 
 const FONT = "12px system-ui, sans-serif";
+const SPACE = 14; // px between two numbers below a chart
 const all = new Set();
 onTheme(() => all.forEach((chart) => chart.plot?.redraw(false)));
 
@@ -20,6 +21,7 @@ const axis = (scale, quantity, size, log = false) => {
     label: (u) => withUnit(quantity().what, scaledUnit(exponent(u), quantity().unit)),
     labelSize: 20, labelFont: FONT, font: FONT, size, gap: 4, labelGap: 0,
     stroke: () => palette.muted,
+    ...(scale === "x" ? { space: (u, _, low, high) => SPACE + longest(u, low, high, quantity, exponent) } : {}),
     grid: { stroke: () => palette.faint, width: 1 },
     ticks: { stroke: () => palette.faint, width: 1, size: 4 },
     // round in the unit that is shown
@@ -32,6 +34,12 @@ const axis = (scale, quantity, size, log = false) => {
     values: (u, splits) => splits.map((v) => (v === null ? "" : short((v * quantity().factor) / 10 ** exponent(u), 4))),
   };
 };
+
+// how wide the longer one of the numbers near both ends of an axis is, in px: 7 for each sign
+function longest(u, low, high, quantity, exponent) {
+  const said = (value) => short((value * quantity().factor) / 10 ** exponent(u), 2).length;
+  return 7 * Math.max(5, said(low), said(high));
+}
 
 export const methodSeries = (name, width = 2) => ({
   label: METHODS[name].label, stroke: () => palette[name], width, dash: METHODS[name].dash, points: { show: false },
@@ -70,7 +78,7 @@ export class Chart {
     this.height = height;
     this.options = {
       width: 300, height: height(),
-      padding: [8, 10, 0, 0],
+      padding: [8, 18, 0, 0], // half of the last number of an axis has room
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, points: { show: false }, y: false },
       scales: {

@@ -4,6 +4,7 @@ import { Chart, bars } from "./charts.js";
 import { csv, save } from "./share.js";
 import { escaped } from "./table.js";
 import { palette } from "./theme.js";
+import { unitShown } from "./units.js";
 
 const COLORS = ["path", "impact", "pinned", "mass", "steel"], DASHES = [[], [8, 4], [2, 3]];
 const colorOf = (i) => palette[COLORS[i % COLORS.length]], dashOf = (i) => DASHES[Math.floor(i / COLORS.length) % DASHES.length];
@@ -70,4 +71,14 @@ export class Drawn {
     chart.set([at, ...(series.length ? lines.flatMap(({ values, low: under, high: over }) => [over ?? none, under ?? none, values]) : [none])]);
     return chart;
   }
+}
+
+// a chart of the server's units in those of the page
+export function inUnits(stated, state) {
+  const [x, y] = [stated.x, stated.y].map(([what, unit]) => ({ what, ...unitShown(unit, state) }));
+  const times = (values, { factor }) => values && (factor === 1 ? values : values.map((value) => (value === null ? null : value * factor)));
+  return {
+    ...stated, x: [x.what, x.name], y: [y.what, y.name], at: times(stated.at, x), bars: times(stated.bars, y), mark: stated.mark && stated.mark * x.factor,
+    lines: stated.lines.map((line) => ({ ...line, values: times(line.values, y), low: times(line.low, y), high: times(line.high, y) })),
+  };
 }

@@ -22,6 +22,7 @@ export class FitCard {
     this.use.addEventListener("click", () => this.take());
     this.count.addEventListener("input", () => this.showCount());
     controls.onTick = () => this.showFree();
+    this.send(this.file.files[0]); // chosen before this was loaded
     connection.addEventListener("data", ({ detail }) => this.taken(detail));
     connection.addEventListener("fit", ({ detail }) => this.fitted(detail));
     connection.addEventListener("connection", ({ detail }) => { if (detail.open && this.sent) this.send(this.sent); }); // another session
@@ -32,7 +33,7 @@ export class FitCard {
     this.forget();
     this.sent = file;
     this.say(`reading ${file.name}…`);
-    const fault = await send(file, "data", this.connection, ADVICE, () => this.sent === file);
+    const fault = await send(file, "data", this.connection, ADVICE, { wanted: () => this.sent === file });
     if (fault) this.say(fault, true);
   }
 
@@ -42,6 +43,7 @@ export class FitCard {
     this.ready = false;
     this.clear();
     for (const host of [this.plot, this.residuals, this.legend, this.table, this.statistics, this.warnings, this.set]) host.replaceChildren();
+    document.getElementById("fit").classList.add("unasked"); // is left out on paper
     this.use.hidden = this.many.hidden = true;
     this.run.disabled = true;
   }
@@ -73,6 +75,7 @@ export class FitCard {
     this.showCount();
     this.warnings.replaceChildren(...found.warnings.map((sentence) => Object.assign(document.createElement("p"), { textContent: sentence })));
     this.clear();
+    document.getElementById("fit").classList.remove("unasked");
     if (found.statistics.length) this.list(found.statistics); else this.charts = drawFit(this, found);
   }
 

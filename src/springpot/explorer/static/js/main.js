@@ -3,15 +3,13 @@
 import { boundsOf, outOfView, setBounds, stretch } from "./bounds.js";
 import { Connection } from "./connection.js";
 import { Controls, goTo } from "./controls.js";
-import { send } from "./files.js";
-import { FitCard } from "./fit.js";
 import { METHODS, NAMES } from "/methods.js";
 import { DENSITIES, addDensityCards, curvesShown, legend, makePanels, saidOf } from "./panels.js";
 import { Phase } from "./phase.js";
 import { showPinned, snapshot } from "./pinned.js";
 import { OPENED, ORDERS, POINTS, circuitsOf, hasWalls, ends, isSeveral, isSoft, isThermal, linksOf, orderOf, wallsOf } from "./problem.js";
 import { Scene } from "./scene.js";
-import { makePartsCard, showEquation, showEquations } from "./parts.js";
+import { makePartsCard, showEquation } from "./parts.js";
 import { DEFAULTS, State } from "./state.js";
 import { Table, fadeWhereCut, isTransient } from "./table.js";
 import { showTiles } from "./tiles.js";
@@ -25,6 +23,7 @@ import { unitOf } from "./units.js";
 const element = (id) => document.getElementById(id);
 const SHOWN_RADIANS = 40; // of the path, in 1/Omega
 const TRACES_EVERY = 28; // ms
+const QUIET = 1500; // ms after the first answer, until the cards below are loaded: they are there when the page is printed
 
 const state = new State();
 const connection = new Connection(state);
@@ -37,11 +36,13 @@ const view = {
   chosen: OPENED.followed[0].name, // of it: what the large numbers and the charts of the path show
   peak: {},
   theory: null, growth: null, curve: null,
+  failed: false, // no answer will come
   old: { theory: false, growth: false, curve: false }, // which of these three answer a question of before
   measured: null, densities: null, grown: null, marker: null, copies: null, pin: null,
   sizes: OPENED.sizes, // how fast and how far the mass moves, roughly
   followed: OPENED.followed,
   groups: OPENED.groups, // tables of results
+  equation: [], equations: [], // of several masses one of each
   excitation: [], // its charts
   get seen() { return this.reach.find(({ name }) => name === this.chosen) ?? this.reach[0]; },
   get values() { return state.values; },
@@ -67,7 +68,6 @@ for (const one of document.querySelectorAll(isSeveral ? ".of-several" : ".of-one
 addDensityCards(element("densities"));
 setBounds(view);
 const controls = new Controls(state, element("form"));
-new FitCard(element, connection, controls);
 const scene = new Scene(element("scene"), track);
 const phase = new Phase(element("phase"), track, () => (matchMedia("(max-width: 700px)").matches ? 300 : 318));
 const panels = makePanels(view, element, { onOrder: (order) => state.set(Object.fromEntries(ORDERS.map((name) => [name, order]))) });
@@ -75,17 +75,31 @@ const partsCard = makePartsCard(element("parts-table"));
 const table = new Table(element("table"), element("warnings"), element("silent"), view.drawn, () => { chosenByHand = true; drawnChanged(); });
 
 // what stands far below is loaded when it comes near
-let excitationCard = null;
-new IntersectionObserver(async (seen, observer) => {
-  if (!seen.some(({ isIntersecting }) => isIntersecting)) return;
-  observer.disconnect();
-  const [{ ExcitationCard, RequestsCard }, { RareCard }, { ScatterCard }] = await Promise.all([import("./requests.js"), import("./rare.js"), import("./scatter.js"), import("./drawn.js")]);
-  new RequestsCard(element, connection);
-  new RareCard(element, connection);
-  new ScatterCard(element, connection, controls);
-  excitationCard = new ExcitationCard(element, connection);
-  excitationCard.show(view.excitation);
-}, { rootMargin: "400px" }).observe(element("asked"));
+let excitationCard = null, below = null;
+const loadBelow = () => { below ??= makeBelow(); return below; };
+async function makeBelow() {
+  document.head.append(Object.assign(document.createElement("link"), { rel: "stylesheet", href: "/static/below.css" }));
+  const [{ ExcitationCard, RequestsCard }, { RareCard }, { ScatterCard }, { FitCard }] = await Promise.all([import("./requests.js"), import("./rare.js"), import("./scatter.js"), import("./fit.js"), import("./drawn.js"), import("./files.js")]);
+  new FitCard(element, connection, controls);
+  new RequestsCard(element, connection, state);
+  new RareCard(element, connection, state);
+  new ScatterCard(element, connection, state, controls);
+  excitationCard = new ExcitationCard(element, connection, state);
+  excitationCard.show(view.excitation, state);
+  showJumps();
+}
+new IntersectionObserver((seen) => { if (seen.some(({ isIntersecting }) => isIntersecting)) loadBelow(); }, { rootMargin: "400px" }).observe(element("asked"));
+
+// to a part of the page: what stands above it has its height first
+const jumps = [...document.querySelectorAll("[data-to]")];
+for (const jump of jumps) {
+  jump.addEventListener("click", async () => {
+    await loadBelow();
+    element(jump.dataset.to).scrollIntoView({ block: "start" });
+  });
+}
+function showJumps() { for (const jump of jumps) jump.hidden = element(jump.dataset.to).hidden; }
+new ResizeObserver(() => document.documentElement.style.setProperty("--head", `${document.querySelector(".top").offsetHeight}px`)).observe(document.querySelector(".top"));
 
 // --- answers -------------------------------------------------------------------------------------------------------
 
@@ -105,10 +119,9 @@ on("compiling", () => {
   element("tile-paths-note").textContent = "compiling, once for all systems…";
 });
 on("view", ({ equation, equations, sizes, paper, followed, groups, excitation }) => {
-  excitationCard?.show(excitation);
-  showEquation(element, equation);
-  showEquations(element, equations);
-  Object.assign(view, { sizes, followed, groups, excitation });
+  excitationCard?.show(excitation, state);
+  Object.assign(view, { sizes, followed, groups, excitation, equation, equations });
+  showEquation(element, view);
   showChoice();
   state.paper = paper;
   showPaper();
@@ -122,11 +135,12 @@ on("asked", (problem) => {
   compiled();
   track.restart();
   scene.deepest.clear();
-  Object.assign(view, { measured: null, densities: null, grown: null, copies: null });
+  Object.assign(view, { measured: null, densities: null, grown: null, copies: null, failed: false });
   for (const [kind, matters] of Object.entries(dependsOn(question))) view.old[kind] = view[kind] !== null && answered[kind] !== matters;
   if (view.old.curve) view.marker = null;
   element("tile-paths-note").textContent = "\u00a0";
   showOld();
+  drawNumbers(); // that theory is computing is seen at once
 });
 on("accepted", (message) => { view.copies = message; controls.showLaws(message.laws); notice("question", ""); });
 on("refused", ({ sentence, asked }) => {
@@ -223,6 +237,7 @@ function showOld() {
 // nothing will come in the place of what is old
 function notPossible(sentence) {
   notice("question", `Not possible: ${typeset(sentence)}`);
+  view.failed = true;
   if (!view.measured) view.marker = null;
   element("tile-paths-note").textContent = "\u00a0";
   for (const kind of Object.keys(view.old)) {
@@ -286,6 +301,7 @@ function drawNumbers() {
     const theirs = answer ? `, ${METHODS[best].label} ${short(answer.moments[name] * factor)}` : "";
     element("spoken").textContent = `x rms${title ? ` of ${title}` : ""} by Monte Carlo ${withError(measured.values[name] * factor, measured.errors[name] * factor)}${theirs} ${unit}.`;
   }
+  if (measured?.complete && theory && !below) setTimeout(loadBelow, QUIET);
   element("results").dataset.complete = String(Boolean(measured?.complete && theory) && !old);
   element("results").dataset.generation = String(connection.generation);
 }
@@ -378,6 +394,7 @@ function frame(now) {
 }
 
 onTheme(() => { for (const name of Object.keys(drawings)) dirty.add(name); });
+addEventListener("beforeprint", () => { for (const draw of Object.values(drawings)) draw(); }); // before the next frame
 
 // --- what a person does --------------------------------------------------------------------------------------------
 
@@ -434,12 +451,13 @@ element("unpin").addEventListener("click", () => { view.pin = null; drawnChanged
 element("pin-return").addEventListener("click", () => state.set(view.pin.values));
 element("seen").addEventListener("change", () => follow(element("seen").value));
 element("open-file").addEventListener("change", async ({ target }) => {
-  const [file] = target.files;
+  const [file] = target.files, { send } = await import("./files.js");
   const fault = file && await send(file, "system", connection, { large: ": open it with the command springpot explore.", binary: "." });
   target.value = "";
   notice("file", fault || "");
 });
-on("shelved", ({ of, place, fault }) => {
+on("shelved", async ({ of, place, said, fault }) => {
+  if (said) (await import("./files.js")).keepNote(said);
   if (!fault) goTo(place, state);
   else if (of === "table") excitationCard.refuse(fault);
   else notice("file", fault);
@@ -454,7 +472,7 @@ if (!OPENED.writable) Object.assign(element("save-file"), { disabled: true, titl
 element("impact-mark").hidden = !hasWalls;
 if (!isSeveral) document.querySelector("[data-chart=impact_speed]").hidden = !hasWalls;
 if (OPENED.place === null) notice("file", "The system of this address is not on this server any more: open its file again. This is the one that the page was opened with.");
-if (ends) element("transient").firstChild.textContent = `${ends[0].toUpperCase()}${ends.slice(1)}: these numbers are averages over its length. Theory is for the stationary state, so no gaps are shown. `;
+if (ends) element("transient").firstChild.textContent = `${ends[0].toUpperCase()}${ends.slice(1)}: these numbers are averages over its length. Theory is for the stationary state, so no deviations are shown. `;
 showPaper();
 
 let linkTimer = null;
@@ -471,6 +489,8 @@ state.onChange((_, another) => {
   if (unitsShown !== units) {
     unitsShown = units;
     showPaper();
+    showEquation(element, view);
+    excitationCard?.show(view.excitation, state);
     drawnChanged();
   }
   setSpeed();
@@ -485,7 +505,7 @@ addEventListener("hashchange", () => { if (location.hash !== linkShown) takeLink
 takeLink();
 // where there is one column, the picture stands above the sliders and stays in view while one moves
 const column = matchMedia("(max-width: 900px)");
-const placePicture = () => element(column.matches ? "bench" : "results").prepend(element("motion"));
+const placePicture = () => { if (column.matches) element("bench").prepend(element("motion")); else element("main-numbers").after(element("motion")); };
 column.addEventListener("change", placePicture);
 placePicture();
 if (column.matches) element("controls").open = false;

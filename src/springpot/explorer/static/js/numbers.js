@@ -11,11 +11,12 @@ export function short(value, digits = 4) {
   return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
 
-export function withError(value, error) {
+// powers of ten are left out where a head or a label has them
+export function withError(value, error, powers = true) {
   if (value === null || value === undefined) return "–";
   if (error === null || error === undefined || !(error > 1e-12 * Math.abs(value))) return short(value); // rounding is no error
   const size = Math.max(Math.abs(value), error);
-  if (size >= 1e5 || size < 1e-3) {
+  if (powers && (size >= 1e5 || size < 1e-3)) {
     const exponent = Math.floor(Math.log10(size));
     return `(${fixed(value / 10 ** exponent, error / 10 ** exponent)})·10${superscript(exponent)}`;
   }

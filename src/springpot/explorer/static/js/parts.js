@@ -1,21 +1,22 @@
-// The equation, and the table of what belongs to parts.
+// The equations, and the table of what belongs to parts.
 
 import { withError } from "./numbers.js";
 import { escaped } from "./table.js";
-import { unitOf } from "./units.js";
+import { CHOICES, unitOf, unitShown } from "./units.js";
 
-export function showEquation(element, [first = "", ...more]) {
-  const line = document.createElement("span"), rest = document.createElement("small");
-  line.className = "sum";
-  line.innerHTML = mathematical(first);
-  rest.innerHTML = more.map(mathematical).join(" · ");
-  element("equation").replaceChildren(line, rest);
-  element("equation").setAttribute("aria-label", [first, ...more].join("; "));
+// one for each mass, then in small print the units, excitations and walls
+export function showEquation(element, { equation: [first = "", ...more], equations, state }) {
+  const lines = equations.length ? equations : [first], rest = document.createElement("small"), said = equations.length ? [first, ...more] : more;
+  const sums = lines.map((text) => Object.assign(document.createElement("span"), { className: "sum", innerHTML: mathematical(text) }));
+  rest.innerHTML = said.map((text) => mathematical(inLength(text, state))).join(" · ");
+  element("equation").replaceChildren(...sums, rest);
+  element("equation").setAttribute("aria-label", [...lines, ...said].join("; "));
 }
 
-// of each of several masses
-export function showEquations(element, equations) {
-  element("equations").innerHTML = equations.map((line) => `<p>${mathematical(line)}</p>`).join("");
+// places of walls in the length that is chosen
+function inLength(text, { shown }) {
+  const { factor, name } = CHOICES.length[shown.length];
+  return text.replace(/([<>]= )(-?[\d.]+(?:e[+-]?\d+)?) m(?![\w/])/g, (_, sign, place) => `${sign}${Number((factor * place).toPrecision(6))} ${name}`);
 }
 
 // the library's plain text with signs: x'', powers, and the minus
@@ -28,7 +29,7 @@ const mathematical = (text) => escaped(text).replace(/(\d)e([+-]?)0*(\d+)/g, (_,
 export function makePartsCard(table) {
   return ({ measured, state }) => {
     const rows = (measured?.labels ?? []).map(([name, said, own]) => {
-      const { factor, name: unit } = state.si ? { factor: 1, name: own } : unitOf(name, state);
+      const { factor, name: unit } = state.si ? unitShown(own, state) : unitOf(name, state);
       const value = measured.values[name];
       const why = value === null && measured.undefined ? `no value: ${measured.undefined}` : "";
       const shown = value === null ? (why ? "no value" : "–") : withError(value * factor, measured.errors[name] === null ? null : measured.errors[name] * factor);

@@ -17,8 +17,8 @@ const RARE = `
   <div id="rare-warnings" class="warnings"></div>`;
 
 export class RareCard extends Request {
-  constructor(element, connection) {
-    super(element, connection, { name: "rare", content: RARE, kind: "rare", stop: "stop-rare", caption: "Probabilities and return periods" });
+  constructor(element, connection, state) {
+    super(element, connection, state, { name: "rare", content: RARE, kind: "rare", stop: "stop-rare", caption: "Probabilities and return periods" });
     this.table = element("rare-table");
     this.offer(this.fields.of, [...levels, ...forces]);
     this.form.addEventListener("submit", () => this.forget()); // the curve begins anew

@@ -25,8 +25,8 @@ const percent = ([value, low, high]) => `${(100 * value).toFixed(1)} % (${(100 *
 const place = (share) => `${100 * Math.min(Math.max(share, 0), 1)}%`;
 
 export class ScatterCard extends Request {
-  constructor(element, connection, controls) {
-    super(element, connection, { name: "scatter", content: SCATTER, kind: "scatter", stop: "stop-scatter", caption: "The result from device to device" });
+  constructor(element, connection, state, controls) {
+    super(element, connection, state, { name: "scatter", content: SCATTER, kind: "scatter", stop: "stop-scatter", caption: "The result from device to device" });
     for (const name of ["found", "of", "bars", "matters", "numbers-of"]) this[name] = element(`scatter-${name}`);
     this.controls = controls;
     this.of.addEventListener("change", () => this.show());

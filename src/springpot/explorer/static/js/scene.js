@@ -9,6 +9,7 @@ import { exponentFor, scaledUnit, short } from "./numbers.js";
 import { withUnit } from "./units.js";
 
 const FLASH = 350; // ms that an impact is seen
+const LABELS_APART = 8; // px between two numbers of an axis
 const LAST = POINTS.length - 1;
 
 // as its second end sees it
@@ -187,11 +188,12 @@ export class Scene {
     g.moveTo(X(low), y + 0.5);
     g.lineTo(X(high), y + 0.5);
     const exponent = exponentFor(Math.max(Math.abs(low), Math.abs(high)) * unit.factor);
-    for (const value of ticks(low * unit.factor, high * unit.factor, W < 520 ? 5 : 9)) {
-      const at = X(value / unit.factor);
+    const marks = (about) => ticks(low * unit.factor, high * unit.factor, about).map((value) => [X(value / unit.factor), short(value / 10 ** exponent, 3)]);
+    const apart = (all) => all.every(([at, said], i) => !i || at - all[i - 1][0] > (g.measureText(said).width + g.measureText(all[i - 1][1]).width) / 2 + LABELS_APART);
+    for (const [at, said] of [9, 7, 5, 4, 3].map(marks).find(apart) ?? marks(2)) {
       g.moveTo(Math.round(at) + 0.5, y);
       g.lineTo(Math.round(at) + 0.5, y + 5);
-      g.fillText(short(value / 10 ** exponent, 3), at, y + 9);
+      g.fillText(said, at, y + 9);
     }
     g.stroke();
     g.textAlign = "left";

@@ -43,7 +43,7 @@ export function bodiesOf(parts) {
 export function measuredCells(measured, columns) {
   return columns.map(({ name, factor }) => {
     const value = measured?.values[name] ?? null, error = measured?.errors[name] ?? null;
-    const [number, deviation] = value === null ? ["–"] : withError(value * factor, error === null ? null : error * factor).split(/ (?=± )/);
+    const [number, deviation] = value === null ? ["–"] : withError(value * factor, error === null ? null : error * factor, false).split(/ (?=± )/);
     if (value === null && measured?.undefined && name.includes("impact")) return `<td data-quantity="${name}" data-value="" data-error=""><abbr title="${escaped(measured.undefined)}">no value</abbr></td>`;
     return `<td data-quantity="${name}" data-value="${value ?? ""}" data-error="${error ?? ""}">${number}<span class="gap">${deviation ?? ""}</span></td>`;
   }).join("");
@@ -86,6 +86,7 @@ export class Table {
       });
       return { head: headOf(group.head, columns), rows };
     });
+    if (isComputing(view)) parts.at(-1).rows.push(`<tr class="computing"><th scope=row colspan="${1 + view.groups.at(-1).columns.length}">theory: computing…</th></tr>`);
     const focused = document.activeElement?.dataset?.draw;
     this.element.innerHTML = `<caption class="sr">Moments by Monte Carlo and by every method of the theory</caption>${bodiesOf(parts)}`;
     for (const box of this.element.querySelectorAll("[data-draw]")) {
@@ -134,6 +135,8 @@ export class Table {
 
 // theory is of the stationary state: beside a run that is not, a gap would say nothing
 export const isTransient = (measured) => measured?.stationary === false;
+// the analytical methods of this question are not known yet, and will be
+export const isComputing = ({ theory, old, failed }) => !failed && (!theory || old.theory);
 export const isSilent = (theory) => Object.keys(theory.methods).length === 0;
 
 export function escaped(text) {

@@ -42,5 +42,8 @@ export function startTheme(button) {
     read();
   });
   dark.addEventListener("change", read);
+  let before;
+  addEventListener("beforeprint", () => { before = document.documentElement.dataset.theme; document.documentElement.dataset.theme = "light"; read(); }); // on paper
+  addEventListener("afterprint", () => { if (before) document.documentElement.dataset.theme = before; else delete document.documentElement.dataset.theme; read(); });
   read();
 }
