@@ -227,20 +227,16 @@ def with_noise(free: tuple[Free, ...], data: MeasuredRecord) -> tuple[Free, ...]
 
 
 def checks_of(innovations: Floats, moving: int, meaning: str) -> dict[str, tuple[float, str]]:
-    """Whether innovations in standard deviations are independent and Gaussian, and what it means if they are not.
-
-    Samples that were left out have 0.
-    """
+    """Whether innovations in standard deviations are independent and Gaussian, and what it means if they are not."""
     from scipy import stats
 
-    count, used = innovations.shape[1], int(np.count_nonzero(innovations))
+    count, size = innovations.shape[1], innovations.size
     lags = np.arange(1, min(_LAGS, count // 4) + 1)
-    rows = innovations / np.sqrt(np.sum(innovations**2) / used)
-    shares = np.array([np.sum(rows[:, k:] * rows[:, :-k]) for k in lags]) / used
-    box = used * float(np.sum(shares**2 * count / (count - lags)))
-    kept = rows[rows != 0.0]
-    odd, even = float(stats.skew(kept)), float(stats.kurtosis(kept))
-    shape = used * (odd**2 / 6.0 + even**2 / 24.0)
+    rows = innovations / np.sqrt(np.mean(innovations**2))
+    shares = np.array([np.sum(rows[:, k:] * rows[:, :-k]) for k in lags]) / size
+    box = size * float(np.sum(shares**2 * count / (count - lags)))
+    odd, even = float(stats.skew(rows, axis=None)), float(stats.kurtosis(rows, axis=None))
+    shape = size * (odd**2 / 6.0 + even**2 / 24.0)
     return {
         "order of the innovations (Ljung and Box)": (
             float(stats.chi2.sf(box, max(lags.size - moving, 1))),

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 _DOUBTFUL = 0.01
 _LARGEST_OF_ORDER = 0.1  # standard error
 _BESIDE_ORDER = 0.9  # correlation with a vague order, from which an interval is that of a profile
+_BESIDE_HELD = 0.5  # the same, where the order is held at a bound: errors of the others are for that value
 _WIDENED = 3  # profiles at most, each three times as wide
 _PROFILED = 11  # points of a profile of which only the interval is shown
 _MOST_WALKERS = 100_000
@@ -412,7 +413,8 @@ class Fit:
         own, vague = self._likelihood, [self._place(name) for name in self._vague_orders]
         if own.simulated or own.stopped:
             return {}
-        beside = np.any(np.abs(self.correlations[:, vague]) >= _BESIDE_ORDER, axis=1).tolist()
+        least = [_BESIDE_ORDER if self._best.moves[place] else _BESIDE_HELD for place in vague]
+        beside = np.any(np.abs(self.correlations[:, vague]) >= least, axis=1).tolist()
         found = {}
         for number, with_order in zip(own.coordinates.free, beside, strict=True):
             low, high = self._ends(number.name, 0.95)
