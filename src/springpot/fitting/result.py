@@ -403,8 +403,9 @@ class Fit:
     def intervals(self) -> dict[str, tuple[float, float]]:
         """95 % intervals as the report has them.
 
-        They are those of `interval`, or of `profile` where the former reach impossible values, where the error of an
-        order is above 0.1, and of numbers that the data do not tell apart from such an order.
+        They are those of `interval`, or of `profile` where the former reach impossible values, of numbers that are held
+        at a bound, where the error of an order is above 0.1, and of numbers that the data do not tell apart from such
+        an order.
         """
         return {name: self._profiled.get(name) or self.interval(name) for name in self.values}
 
@@ -418,7 +419,7 @@ class Fit:
         found = {}
         for number, with_order in zip(own.coordinates.free, beside, strict=True):
             low, high = self._ends(number.name, 0.95)
-            if with_order or low < number.low or high > number.high:
+            if with_order or not number.low <= low < high <= number.high:
                 found[number.name] = self.profile(number.name, _PROFILED).limits
         return found
 
