@@ -8,8 +8,9 @@ adds Q(t), q times the integral of b b' with b = Phi e_v, by Gauss's rule.
 Each of them is a Kalman filter.  In a substep that may reach a wall it becomes two.  *Free*: the wall was not reached,
 so x is inside at the end.  *Struck*: the free flight x_f would have ended beyond the wall, from x_0 inside.  There the
 state is, to first order in what is left of the substep, x = a - r (x_f - a), v = -r v_f + e (x_f - a),
-z = z_f - (1 + r) (x_f - a), with e = -(1 + r) (K a + sum w_j z_j) / v_f: the saltation matrix.  The next sample
-weighs the two.  Nothing is decided, so no sample is left out and the likelihood has no jumps to speak of.
+z = z_f - (1 + r) (x_f - a), with e = -(1 + r) (K a + sum w_j z_j) / v_f: the saltation matrix.  Memory that is faster
+than the substep has forgotten a part of the impact.  The next sample weighs the two.  Nothing is decided, so no sample
+is left out and the likelihood has no jumps to speak of.
 
 **Inside.**  That x is inside is a bound on a normal law.  While the mass approaches a wall, the bound of each step
 holds all that were before; the law is kept as it is, and its weight is the probability of the last bound.  Where it
@@ -238,21 +239,30 @@ def _strike(flow, wall, h, mean, cov, clone):  # type: ignore[no-untyped-def]
     left = min(max(beyond / speed, 0.0), h)
     turn = (1.0 + r) * _pull(flow, wall, mean) / (side * speed)
     depth = mean[0] - at
+    by_x, by_v = np.ones(size), np.zeros(size)  # what the impact changes in the memory: -(1 + r) v (1 - e^-y) / s_j
+    for i in range(2, size):
+        y, given = flow.rates[i - 2] * left, 1.0
+        if y > 1e-6:
+            given = (1.0 - np.exp(-y)) / y
+            by_x[i] = np.exp(-y)
+            by_v[i] = left * (given - by_x[i])
+        flown = -side * speed * left
+        mean[i] -= (1.0 + r) * (given * flown + by_x[i] * (depth - flown) + by_v[i] * (mean[1] + side * speed))
     mean[0], mean[1] = at - r * depth, turn * depth - r * mean[1]
-    mean[2:] -= (1.0 + r) * depth
     for j in range(size):
         x, v = cov[0, j], cov[1, j]
         cov[0, j], cov[1, j] = -r * x, turn * x - r * v
         for i in range(2, size):
-            cov[i, j] -= (1.0 + r) * x
+            cov[i, j] -= (1.0 + r) * (by_x[i] * x + by_v[i] * v)
     for j in range(size):
         x, v = cov[j, 0], cov[j, 1]
         cov[j, 0], cov[j, 1] = -r * x, turn * x - r * v
         for i in range(2, size):
-            cov[j, i] -= (1.0 + r) * x
+            cov[j, i] -= (1.0 + r) * (by_x[i] * x + by_v[i] * v)
     x, v = clone[0], clone[1]
     clone[0], clone[1] = -r * x, turn * x - r * v
-    clone[2:size] -= (1.0 + r) * x
+    for i in range(2, size):
+        clone[i] -= (1.0 + r) * (by_x[i] * x + by_v[i] * v)
     more = (1.0 - r * r) * flow.intensity  # the noise after the impact is not reflected
     cov[1, 1] += more * left
     cov[0, 1] += more * left**2 / 2.0

@@ -37,6 +37,7 @@ _REACH = (
 _KINDS = Mass | Spring | PolynomialSpring | Dashpot | Springpot | Barrier | Contact | WhiteNoise
 _SPACING = 0.5 * math.log(10.0)  # of the rates of memory, in the logarithm: the ripple of the kernel is 1e-3
 _SLOWEST, _FASTEST = 1.0 / 3.0, 1.5  # rates, over 1 / duration and 1 / step
+_NEVER = 1e-3  # rate of what memory does not forget in the record, over the slowest rate
 _FINER = 4  # rates for an acceleration, which has the memory's forces in it
 _FLOW_STEP, _KICK_STEP = 2.0, 0.25  # of a substep, over 1 / the largest rate, and over sqrt(1 / stiffness)
 _FASTER = 1.5  # than the start are the numbers for which substeps are small enough
@@ -117,6 +118,7 @@ class NonlinearRecordLikelihood(Likelihood):
         fine = math.ceil(_FASTER * step * max(rate / _FLOW_STEP, math.sqrt(stiffest) / _KICK_STEP))
         self._substeps = max(fine, _AT_WALLS) if flow.walls.size else fine
         self._spread = _WIDE * float(values.var()) if self._seen == 0 else 0.0
+        self._past = _WIDE * (float(np.mean(values**2)) if self._seen == 0 else start[0, 0])
         self.least = None  # of other substeps
 
     def _run(self, theta: Floats) -> tuple[Floats, Floats, Floats, float]:
@@ -124,6 +126,7 @@ class NonlinearRecordLikelihood(Likelihood):
         flow, noise = self.flow(theta)
         start = stationary(flow, self._more)
         start[0, 0] += self._spread
+        start[range(2, len(start)), range(2, len(start))] += self._past
         terms, expected, spread = (np.zeros(self._values.shape) for _ in range(3))
         impacts = filtered(
             self._values, self.data.step, self._substeps, self._seen, noise**2, start, flow, terms, expected, spread
@@ -252,26 +255,27 @@ def flow_of(system: System, rates: Floats) -> Flow:
     -----
     t^-a / Gamma(1 - a) is sin(pi a) / pi times the integral of s^(a-1) exp(-s t) over the rates s.  In its logarithm
     the trapezoidal rule has the weights sin(pi a) / pi s_j^a D.  Half a spacing beyond the rates the faster ones act as
-    a dashpot, sin(pi a) / pi s^(a-1) / (1-a), the slower ones as a spring, sin(pi a) / pi s^a / a.
+    a dashpot, sin(pi a) / pi s^(a-1) / (1-a), the slower ones as one that forgets nothing, sin(pi a) / pi s^a / a:
+    where x has a mean, its force depends on what was before the record.
 
     Examples
     --------
     >>> found = flow_of(System(Spring(4.0), Springpot(0.5, 1.0), WhiteNoise(1.0)), np.array([0.1, 1.0, 10.0]))
     >>> round(found.stiffness, 4), found.weights.round(4).tolist()
-    (4.1132, [0.2318, 0.7329, 2.3177])
+    (4.0, [0.1132, 0.2318, 0.7329, 2.3177])
     """
     unit, potential = system.per_unit_mass, system.potential
     stiffness = potential.coefficients[1] if len(potential.coefficients) > 1 else 0.0
     damping = sum(part.coefficient for part in unit.of(Dashpot))
-    weights, memory = np.zeros(rates.size), rates
+    weights, memory = np.zeros(rates.size + 1), np.append(_NEVER * rates[0], rates)
     pots = unit.of(Springpot)
     spacing = math.log(rates[1] / rates[0])
     slow, fast = rates[0] * math.exp(-0.5 * spacing), rates[-1] * math.exp(0.5 * spacing)
     for pot in pots:
         a, c = float(pot.order), float(pot.coefficient)
-        weights += c * math.sin(math.pi * a) / math.pi * rates**a * spacing
+        weights[1:] += c * math.sin(math.pi * a) / math.pi * rates**a * spacing
+        weights[0] += c * float(np.sinc(a)) * slow**a
         damping += c * float(np.sinc(1.0 - a)) * fast ** (a - 1.0)
-        stiffness += c * float(np.sinc(a)) * slow**a
     if not pots:
         weights, memory = rates[:0], rates[:0]
     walls = [(wall.position, wall.inwards, wall.restitution) for wall in unit.of(Barrier)]
@@ -312,7 +316,7 @@ def stationary(flow: Flow, more: float = 0.0) -> Floats:
     random[1, 1] = flow.intensity
     drift[1, 0] -= more
     found = np.array(linalg.solve_continuous_lyapunov(drift, -random)).astype(np.float64)
-    if not (drift[1, 0] < 0.0 and found[0, 0] > 0.0 and found[1, 1] > 0.0):
+    if not (drift[1, 0] < flow.weights.sum() and found[0, 0] > 0.0 and found[1, 1] > 0.0):
         raise ValueError("model must have a spring that holds the mass, a damper and noise for a fit of a record.")
     return np.asarray(0.5 * (found + found.T))
 
