@@ -138,7 +138,7 @@ def raw(text: str, rng: random.Random) -> bytes:
 @contextmanager
 def limited() -> Iterator[None]:
     """Little memory, and little time, whatever comes of it."""
-    taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    taken = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0]) * resource.getpagesize()
     before = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (taken + BYTES, before[1]))
     start = time.perf_counter()

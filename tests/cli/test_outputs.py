@@ -194,7 +194,7 @@ def test_a_missing_file_is_bad_input(monkeypatch: pytest.MonkeyPatch, capsys: py
     from springpot.simulation import monte_carlo
 
     def run(*_: object, **__: object) -> None:
-        open("missing.bin")  # noqa: SIM115
+        open("missing.bin", encoding="utf-8")  # noqa: SIM115
 
     monkeypatch.setattr(monte_carlo, "simulated", run)
     assert cli.main(["simulate"]) == 2

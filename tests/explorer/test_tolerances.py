@@ -278,7 +278,7 @@ def test_tolerances_by_hand_are_kept_in_link_and_file(server: Server, context: B
         tab.wait("location.hash.includes('tolerance.springpot_coefficient=0.1')")
         with page.expect_download() as waiting:
             page.locator("#save-file").click()
-        text = Path(waiting.value.path()).read_text()
+        text = Path(waiting.value.path()).read_text(encoding="utf-8")
         assert 'coefficient = { uncertain = "springpot_coefficient", value = 1.0, cov = 0.1 }' in text
         link = page.evaluate("location.hash")
         page.reload()

@@ -291,14 +291,14 @@ def test_the_command_fits_a_file_of_statistics(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("a.csv").write_text(GOOD)
+    Path("a.csv").write_text(GOOD, encoding="utf-8")
     read = sp.read_data("a.csv")
     assert isinstance(read, sp.MeasuredStatistics)
     assert read.values == pytest.approx([1.26, 0.21])
     device = sp.System(
         sp.Spring(sp.free("k", 1.2, (0.3, 3.0))), sp.Springpot(1.0, 0.4), sp.Barrier(-0.5, 1.0), sp.WhiteNoise(Q)
     )
-    Path("a.toml").write_text(sp.to_toml(device))
+    Path("a.toml").write_text(sp.to_toml(device), encoding="utf-8")
     assert cli.main(["fit", "a.csv", "--model", "a.toml", "--plot", "a.png", "--paths", "1024"]) == 0
     assert "fit of 2 numbers to 2 statistics" in capsys.readouterr().out
     assert Path("a.png").stat().st_size > 10_000
