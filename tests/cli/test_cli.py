@@ -29,6 +29,7 @@ from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.simulation import monte_carlo
 from springpot.simulation.kernel.entries import ENTRIES
 from springpot.simulation.plan.options import Options
+from tests.posix import needs_signals
 from tests.signals import in_a_terminal
 from tests.sizes import validation
 
@@ -423,7 +424,7 @@ def test_reproduce_prints_what_it_wrote(capsys: pytest.CaptureFixture[str], tmp_
 
 
 def test_a_folder_that_cannot_be_made_is_a_failure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
     assert cli.main(["reproduce", "fig1", "--out", str(tmp_path / "file" / "figures")]) == 1
     out, err = capsys.readouterr()
     assert out == ""
@@ -547,7 +548,7 @@ def test_doctor_compiles_ahead(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
 def test_the_control_groups_quota(files: dict[str, str], expected: float, tmp_path: Path) -> None:
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(text)
+        (tmp_path / name).write_text(text, encoding="utf-8")
     assert control_group_quota(tmp_path) == expected
 
 
@@ -588,7 +589,7 @@ def test_a_full_disk_is_one_sentence() -> None:
     assert done.stderr == "springpot: reading or writing failed: No space left on device.\n"
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+@needs_signals
 @pytest.mark.parametrize("module", ["springpot.cli", "cyclopts", "springpot.theory", "scipy"])
 def test_an_interrupt_while_modules_load_ends_with_130(module: str) -> None:
     """The signal arrives just as a module begins to load."""
@@ -619,7 +620,7 @@ def test_the_callers_own_handling_of_signals_stays() -> None:
             signal.signal(signal.SIGINT, before)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+@needs_signals
 def test_an_interrupted_run_ends_with_130() -> None:
     """A run of hours, interrupted while it computes."""
     words = ["simulate", "--paths", "1000000", "--duration", "1000", "--step", "1e-3", "--threads", "1", "--json"]

@@ -69,7 +69,7 @@ def moduli() -> str:
 @pytest.fixture(scope="module")
 def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("rubber") / "rubber.toml"
-    path.write_text(RUBBER)
+    path.write_text(RUBBER, encoding="utf-8")
     return path
 
 
@@ -345,7 +345,7 @@ def shaken() -> str:
 @pytest.fixture(scope="module")
 def mount(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     path = tmp_path_factory.mktemp("mount") / "mount.toml"
-    path.write_text(RUBBER.replace(BARRIER, ""))
+    path.write_text(RUBBER.replace(BARRIER, ""), encoding="utf-8")
     with running(str(path)) as server:
         yield server
 

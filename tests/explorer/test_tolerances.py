@@ -39,7 +39,7 @@ SHOWN = "!document.querySelector('#scatter-found').hidden"
 @pytest.fixture(scope="module")
 def mount(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     path = tmp_path_factory.mktemp("mount") / "device.toml"
-    path.write_text(to_toml(DEVICE))
+    path.write_text(to_toml(DEVICE), encoding="utf-8")
     with running(str(path)) as server:
         yield server
 

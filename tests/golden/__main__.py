@@ -52,7 +52,7 @@ def main(what: str, file: str = "", *kinds: str) -> int:
         from tests.golden.numbers import FEW, few
 
         kept = {kind: {name: value for name, (value, _) in few(kind)} for kind in FEW}
-        (Path(__file__).parent / "kept.json").write_text(json.dumps(kept, indent=1) + "\n")
+        (Path(__file__).parent / "kept.json").write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
         return 0
     if what == "kinds":
         from tests.golden.numbers import KINDS

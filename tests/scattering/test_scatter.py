@@ -242,7 +242,9 @@ def test_a_file_holds_them_and_the_command_prints_the_report(
     found = json.loads(capsys.readouterr().out)
     assert 0.0 < found["impact_rate"]["above"]["2.0"]["value"] < 1.0
     assert found["x_mean_square"]["index"]["gap"]["low"] < found["x_mean_square"]["index"]["gap"]["high"]
-    file.write_text(file.read_text().replace("cov", "variation").replace("sd =", "variation ="))
+    file.write_text(
+        file.read_text(encoding="utf-8").replace("cov", "variation").replace("sd =", "variation ="), encoding="utf-8"
+    )
     assert cli.main(words) == 2
     assert "'variation' is not a key of parts[1] (spring).stiffness" in capsys.readouterr().err
 

@@ -316,7 +316,7 @@ def test_a_run_goes_on_from_what_it_has_saved(tmp_path: Path, monkeypatch: pytes
         assert again.error.tolist() == whole["x"].error.tolist()
         assert computed == missing
         computed.clear()
-    place.write_text("something else\n")
+    place.write_text("something else\n", encoding="utf-8")
     with pytest.raises(ValueError, match="save must be a file of exceedance or a new one"):
         sp.exceedance(WALL, {"x": 2.0}, **given, save=place)
 

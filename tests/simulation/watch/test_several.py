@@ -129,10 +129,10 @@ def test_results_are_in_datasets_files_and_pictures(thermal: Run, driven: Run, t
     assert again.distributions["a_x"].counts.tobytes() == thermal.distributions["a_x"].counts.tobytes()
     few = simulated(THERMAL, paths=2, duration=1.0, record=2)
     few.save(tmp_path / "few.csv")
-    first, _, last = (tmp_path / "few_paths.csv").read_text().strip().partition("\n")
+    first, _, last = (tmp_path / "few_paths.csv").read_text(encoding="utf-8").strip().partition("\n")
     assert first.split(",")[:3] == ["time (s)", '"x of a', ' path 0 (m)"']
     assert [float(each) for each in last.split("\n")[-1].split(",")[1:]] == few.record[:, -1].ravel().tolist()
-    words = json.loads(driven.save(tmp_path / "run.json").read_text())
+    words = json.loads(driven.save(tmp_path / "run.json").read_text(encoding="utf-8"))
     assert words["b_x_spectrum"] == driven.spectra["b_x"].density.tolist()
     assert words["a_b_elongation_quantile"][4] == float(driven.distributions["a_b_elongation"].quantile(0.5)[0])
     with pytest.raises(ValueError, match="distributions"):
