@@ -589,6 +589,23 @@ def test_a_full_disk_is_one_sentence() -> None:
     assert done.stderr == "springpot: reading or writing failed: No space left on device.\n"
 
 
+@pytest.mark.parametrize("encoding", ["cp1252", validation("ascii"), validation("utf-8")])
+def test_a_name_may_have_letters_that_the_terminal_lacks(encoding: str, tmp_path: Path) -> None:
+    """As a pipe of Windows does: the file is UTF-8 in any case, also with its ends of lines."""
+    place, part = (
+        tmp_path / "gr\N{LATIN SMALL LETTER O WITH DIAERESIS}\N{GREEK SMALL LETTER OMEGA}.toml",
+        "mount_\u03c9",
+    )
+    parts = 'kind = "spring"\nstiffness = 1.0', f'kind = "dashpot"\nname = "{part}"\ncoefficient = 0.4'
+    place.write_bytes("".join(f"[[parts]]\n{each}\n" for each in parts).replace("\n", "\r\n").encode())
+    done = subprocess.run(
+        [*COMMAND, "explain", str(place)], capture_output=True, timeout=60,
+        env={**os.environ, "PYTHONIOENCODING": encoding},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert part.encode(encoding, "backslashreplace") in done.stdout
+
+
 @needs_signals
 @pytest.mark.parametrize("module", ["springpot.cli", "cyclopts", "springpot.theory", "scipy"])
 def test_an_interrupt_while_modules_load_ends_with_130(module: str) -> None:
