@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
+import scipy
 
 import springpot as sp
 from springpot.fitting.likelihood import inverse
@@ -57,12 +57,12 @@ def simulated(system: System, force: Floats, on: str = "mass", fine: int = 40, r
 
 
 def rough_force(samples: int, rng: np.random.Generator) -> Floats:
-    return np.asarray(lfilter([1.0], [1.0, -0.6], 2.4 * rng.standard_normal(samples + 200))[200:])
+    return np.asarray(scipy.signal.lfilter([1.0], [1.0, -0.6], 2.4 * rng.standard_normal(samples + 200))[200:])
 
 
 def sensor_noise(samples: int, rng: np.random.Generator, is_coloured: bool) -> Floats:
     white = rng.standard_normal(samples + 200)
-    return np.asarray(lfilter([0.19**0.5], [1.0, -0.9], white) if is_coloured else white)[200:]
+    return np.asarray(scipy.signal.lfilter([0.19**0.5], [1.0, -0.9], white) if is_coloured else white)[200:]
 
 
 def twin(kind: str, seed: int, samples: int = 1200, is_coloured: bool = False, **more: Any) -> sp.MeasuredRecord:

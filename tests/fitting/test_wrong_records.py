@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import signal
+import scipy
 
 import springpot as sp
 from springpot.machine.arrays import Floats
@@ -26,8 +26,8 @@ def mount(k: Any, C: Any, *more: Any) -> sp.System:
 def shaken() -> tuple[Floats, Floats]:
     """A force, and the displacement of a mount of 80 N/m and 2 N s^0.5/m, with noise of 1 %."""
     rng = np.random.default_rng(1)
-    band = signal.butter(4, (2.0, 40.0), "bandpass", fs=RATE, output="sos")
-    force = signal.sosfilt(band, rng.standard_normal(TIME.size))
+    band = scipy.signal.butter(4, (2.0, 40.0), "bandpass", fs=RATE, output="sos")
+    force = scipy.signal.sosfilt(band, rng.standard_normal(TIME.size))
     shaker = sp.RecordedExcitation(tuple(TIME), tuple(force), "mass", interpolation="band-limited")
     run = sp.simulate(
         mount(80.0, 2.0, shaker), paths=1, record=1, start="rest", step=0.1 / RATE, record_every=10, duration=TIME[-1],

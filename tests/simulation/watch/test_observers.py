@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 
 import springpot as sp
 from springpot.simulation import Distribution, Run, simulate
@@ -72,10 +72,10 @@ def test_observables_are_in_the_units_of_the_user_and_of_the_right_side() -> Non
 
 
 LAWS: dict[str, Any] = {
-    "x": stats.halfnorm(scale=math.sqrt(0.5)),
-    "v": stats.norm(scale=math.sqrt(0.5)),
-    "amplitude": stats.rayleigh(scale=math.sqrt(0.5)),
-    "impact_speed": stats.rayleigh(scale=math.sqrt(0.5)),
+    "x": scipy.stats.halfnorm(scale=math.sqrt(0.5)),
+    "v": scipy.stats.norm(scale=math.sqrt(0.5)),
+    "amplitude": scipy.stats.rayleigh(scale=math.sqrt(0.5)),
+    "impact_speed": scipy.stats.rayleigh(scale=math.sqrt(0.5)),
 }
 
 
@@ -256,7 +256,7 @@ def test_distributions_near_a_wall_far_from_the_equilibrium(position: float, int
         start="rest",
     )
     spread = math.sqrt(intensity)
-    law = stats.truncnorm(position / spread, math.inf, scale=spread)
+    law = scipy.stats.truncnorm(position / spread, math.inf, scale=spread)
     p = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
     quantile, error = found.distributions["x"].quantile(p)
     assert np.all(np.abs(quantile - law.ppf(p)) < 4.0 * error)
