@@ -32,6 +32,7 @@ def exact_quantile(centre: float) -> float:
     return 2.0 * math.exp(-0.5 * u * u) / (2.0 * math.pi * float(scipy.stats.norm.cdf(u)))
 
 
+@pytest.mark.validation  # every day: the mean over devices, and the command that takes a quantile
 def test_a_gap_so_wide_that_95_of_100_devices_hold() -> None:
     """The design, and what `sp.scatter` says of it with other random numbers."""
     found = sp.design(walled(), "centre", {"impact_rate_quantile_0.95": (None, 0.1)}, rtol=0.04, cost_rtol=0.04)

@@ -240,12 +240,13 @@ def test_numbers_that_leave_the_path_as_it_is_are_named() -> None:
         sp.fit(model, data)
 
 
+@pytest.mark.parametrize("kind", ["linear", validation("duffing")])
 @pytest.mark.parametrize(("factor", "words"), [(-1.0, "check the sign of the input"), (1000.0, "check the units")])
-def test_a_wrong_sign_or_unit_is_named(factor: float, words: str) -> None:
-    data = twin("duffing", 12)
+def test_a_wrong_sign_or_unit_is_named(factor: float, words: str, kind: str) -> None:
+    data = twin(kind, 12)
     wrong = sp.MeasuredRecord(data.time, factor * data.values, input=data.input, start="rest", interpolation="linear")
     with pytest.raises(NoFitError, match=words):
-        sp.fit(restarted(device("duffing"), {"k": 9.5}), wrong)
+        sp.fit(restarted(device(kind), {"k": 9.5}), wrong)
 
 
 def test_a_search_that_is_stopped_gives_the_best_so_far() -> None:

@@ -13,6 +13,7 @@ import scipy
 import springpot as sp
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
+from tests.sizes import validation
 
 RATE = 250.0  # per s
 TIME = np.arange(500) / RATE
@@ -100,11 +101,13 @@ def test_a_record_that_cannot_be_one_of_its_model_is_one_sentence() -> None:
         sp.fit(free_mount(sp.Barrier(-0.01)), record(of="a"))
 
 
-def test_a_wrong_unit_and_an_inverted_phase_are_no_fit() -> None:
+@pytest.mark.parametrize(("what", "factor"), [("values", -1.0), validation("values", 1e3), validation("input", 1e3)])
+def test_a_wrong_unit_and_an_inverted_phase_are_no_fit(what: str, factor: float) -> None:
     force, x = shaken()
-    for changes in ({"values": 1e3 * x}, {"input": 1e3 * force}, {"values": -x}):
-        with pytest.raises(ValueError, match="no numbers were found with which the model follows the record"):
-            sp.fit(mount(sp.free("k", 60.0, (10.0, 500.0)), 2.0), record(**changes))
+    with pytest.raises(ValueError, match="no numbers were found with which the model follows the record"):
+        sp.fit(
+            mount(sp.free("k", 60.0, (10.0, 500.0)), 2.0), record(**{what: factor * (x if what == "values" else force)})
+        )
 
 
 def test_a_clipped_response_is_said() -> None:
