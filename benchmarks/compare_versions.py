@@ -32,7 +32,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import stats
+import scipy
 
 import springpot as sp
 from benchmarks.drawn_systems import OWNERS, Case, cases
@@ -232,8 +232,9 @@ class Summary(NamedTuple):
         """
         if self.is_exact:
             return self.largest <= 1.0
-        low, high = stats.chi2.interval(1.0 - CHANCE, self.systems) / np.float64(self.systems)
-        return low <= self.rms**2 <= high and abs(self.mean) * math.sqrt(self.systems) <= stats.norm.isf(0.5 * CHANCE)
+        low, high = scipy.stats.chi2.interval(1.0 - CHANCE, self.systems) / np.float64(self.systems)
+        farthest = scipy.stats.norm.isf(0.5 * CHANCE)
+        return low <= self.rms**2 <= high and abs(self.mean) * math.sqrt(self.systems) <= farthest
 
 
 def summary(found: Iterable[Deviation]) -> list[Summary]:
@@ -262,7 +263,7 @@ def show(before: Path, now: Path) -> int:
     rms = math.sqrt(sum(each.z**2 for each in sampled) / max(len(sampled), 1))
     print(f"\n{len(sampled)} results of {len({each.system for each in found})} systems: rms z {rms:.3f}")
     beyond = [each for each in sampled if abs(each.z) > LARGEST]
-    by_chance = 2.0 * len(sampled) * stats.norm.sf(LARGEST)
+    by_chance = 2.0 * len(sampled) * scipy.stats.norm.sf(LARGEST)
     print(f"{len(beyond)} beyond {LARGEST:g} standard errors; by chance, if all are independent, {by_chance:.2f}")
     for each in beyond:
         (value, error), (later, its) = each.before, each.now

@@ -5,7 +5,6 @@ Processor time is counted where it can be: it depends little on what else the ma
 
 from __future__ import annotations
 
-import resource
 import tempfile
 import threading
 import time
@@ -263,6 +262,8 @@ def _dask(quick: bool) -> tuple[float, float]:
 
 
 def _of_children() -> float:
+    import resource  # which Windows lacks
+
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 

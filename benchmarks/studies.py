@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 import subprocess
 import sys
 import tempfile
@@ -97,6 +96,8 @@ def _memory(place: Path, quick: bool) -> Row:
     """How much more memory the process that hands out the tasks has held after many of them."""
 
     def peak() -> float:
+        import resource  # which Windows lacks
+
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
     few, many = (50, 100) if quick else (1_000, 10_000)

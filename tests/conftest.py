@@ -7,10 +7,11 @@ import linecache
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
+from _pytest.doctest import DoctestModule
 
 from springpot.machine.one_thread import ONE_THREAD
 
@@ -27,6 +28,14 @@ def pytest_collection_finish() -> None:
     gc.freeze()
     gc.set_threshold(50_000, 20, 20)
     gc.enable()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file(file_path: Path) -> Generator[None, list[pytest.Collector], list[pytest.Collector]]:
+    """Examples are those of the library and of what measures the house: in a file of tests none is looked for."""
+    found = yield
+    tests = file_path.name.startswith("test_")
+    return [each for each in found if not (tests and isinstance(each, DoctestModule))]
 
 
 @pytest.fixture

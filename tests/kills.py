@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import signal
 import subprocess
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+
+from tests.posix import KILLED
 
 __all__ = ["fill", "kill_when", "lines_in"]
 
@@ -26,7 +27,7 @@ def kill_when(command: Sequence[object], ready: Callable[[], bool]) -> None:
     finally:
         process.kill()
         process.wait()
-    assert process.returncode == -signal.SIGKILL
+    assert process.returncode == KILLED
 
 
 def lines_in(file: Path) -> int:

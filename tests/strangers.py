@@ -13,6 +13,9 @@ STRANGER = 65534  # "nobody", on every Unix
 needs_another_user = pytest.mark.skipif(
     not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only the administrator can act as another user"
 )
+needs_limits = pytest.mark.skipif(
+    not hasattr(os, "geteuid") or os.geteuid() == 0, reason="this user may read and write everything"
+)
 needs_owners = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="files have no owner number here")
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import random
-import resource
 import subprocess
 import sys
 import time
@@ -20,7 +19,7 @@ from springpot.simulation.result import save as saved
 from springpot.simulation.result.load import _unpacked
 from tests.sizes import validation
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits of a process are those of Unix")
+resource = pytest.importorskip("resource", reason="limits of a process are those of Unix")
 
 GARBAGE: tuple[Any, ...] = (
     None, True, -1, 0, 10**400, 1e308, -1e-308, "", "x" * 1000, [], {}, {"number": "nan"}, {"number": "inf"},
@@ -39,7 +38,7 @@ def words(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         spectrum=[1.0, 2.0], first_passage={"speed": 1.0},
     )  # fmt: skip
     place = run.save(tmp_path_factory.mktemp("attack") / "run.json", path_sums=True)
-    content: dict[str, Any] = json.loads(place.read_text())
+    content: dict[str, Any] = json.loads(place.read_text(encoding="utf-8"))
     return content
 
 
@@ -80,7 +79,7 @@ def test_forged_runs(seeds: range, words: dict[str, Any], tmp_path: Path) -> Non
         with suppress(Exception):  # then the checksum does not fit
             arrays = {name: _unpacked(packed, 10**7) for name, packed in own["arrays"].items()}
             own["checksum"] = saved.checksum_of(own["words"], arrays)
-        place.write_text(json.dumps({**words, "run": own}))
+        place.write_text(json.dumps({**words, "run": own}), encoding="utf-8")
         start = time.perf_counter()
         said = use(place)
         refused += bool(said)

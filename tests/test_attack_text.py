@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 import re
-import resource
 import sys
 import time
 import traceback
@@ -23,6 +22,7 @@ from tests.explorer.conftest import Server, running
 from tests.explorer.talk import Tab, tab
 from tests.sizes import validation
 
+resource = pytest.importorskip("resource", reason="limits of a process are those of Unix")
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits of a process as Linux has them")
 
 LONGEST = 2000  # characters in a sentence
@@ -65,7 +65,10 @@ kind = "white_noise"
 psd = 0.01
 psd_unit = "g2/Hz"
 """
-SYSTEMS = [SYSTEM, *(path.read_text() for path in sorted(Path(__file__).parent.glob("explorer/systems/*.toml")))]
+SYSTEMS = [
+    SYSTEM,
+    *(path.read_text(encoding="utf-8") for path in sorted(Path(__file__).parent.glob("explorer/systems/*.toml"))),
+]
 TABLES = [
     "# relative_error = 0.02\nfrequency_hz,storage_MPa,loss_kPa\n0.1,1.0,0.2\n1,1.5,0.4\n10,2.3,0.7\n",
     "# averages = 64\n# sampling_rate_hz = 8\n# window = hann\n# segment = 16\nfrequency_hz\tdensity_g2/Hz\n"
@@ -138,7 +141,7 @@ def raw(text: str, rng: random.Random) -> bytes:
 @contextmanager
 def limited() -> Iterator[None]:
     """Little memory, and little time, whatever comes of it."""
-    taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    taken = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0]) * resource.getpagesize()
     before = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (taken + BYTES, before[1]))
     start = time.perf_counter()
@@ -176,7 +179,7 @@ def test_damaged_systems(seeds: range, tmp_path: Path) -> None:
         if said:
             refused += 1
             continue
-        place.write_text(sp.to_toml(system))
+        place.write_text(sp.to_toml(system), encoding="utf-8")
         assert sp.read_system(place) == system
         _, said = tried(opened_script, Opened(system), kind=ValueError)
         assert is_sentence(said, ("the ", "system must ", "natural_frequency must ")), (seed, said)
@@ -238,14 +241,14 @@ def test_systems_that_were_found_so(parts: tuple[object, ...], sentence: str) ->
 def test_tables_that_were_found_so(text: str, sentence: str, tmp_path: Path) -> None:
     """Each ended in an error or a warning of NumPy."""
     place = tmp_path / "data.csv"
-    place.write_text(text)
+    place.write_text(text, encoding="utf-8")
     assert sentence in tried(sp.read_data, place)[1]
 
 
 @pytest.fixture(scope="module")
 def device(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     place = tmp_path_factory.mktemp("attack") / "device.toml"
-    place.write_text(SYSTEMS[-1])
+    place.write_text(SYSTEMS[-1], encoding="utf-8")
     with running(str(place)) as server:
         yield server
 

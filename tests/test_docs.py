@@ -42,7 +42,7 @@ WHOLE_FIGURES = {
 
 
 def name_of(page: Path) -> str:
-    return str(page.relative_to(DOCS))
+    return page.relative_to(DOCS).as_posix()
 
 
 def cells(page: Path) -> list[str]:
@@ -122,7 +122,7 @@ def lead_nowhere(page: Path) -> list[str]:
         *sorted((DOCS.parent / "paper").glob("*.md")),
         *(p for p in PAGES if p.suffix == ".md"),
     ],
-    ids=lambda page: str(page.relative_to(DOCS.parent)),
+    ids=lambda page: page.relative_to(DOCS.parent).as_posix(),
 )
 def test_links_lead_somewhere(page: Path) -> None:
     assert lead_nowhere(page) == []
@@ -138,7 +138,8 @@ def test_a_link_that_leads_nowhere_is_seen(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(
         "# A `first` heading\n\n[a](#a-first-heading) [b](#second) [c](gone.md) {download}`it <lost.csv>` "
-        "[d](auto_gallery/plot_10_series.rst)\n"
+        "[d](auto_gallery/plot_10_series.rst)\n",
+        encoding="utf-8",
     )
     assert lead_nowhere(page) == ["#second", "gone.md", "auto_gallery/plot_10_series.rst", "lost.csv"]
 
@@ -175,7 +176,7 @@ def test_pages_do_not_repeat_each_other() -> None:
     found: dict[str, set[str]] = {}
     for page in (*pages, *(page for page in root if page.stem != "CHANGELOG")):
         for words in runs_of_words(page, 13):
-            found.setdefault(words, set()).add(str(page.relative_to(DOCS.parent)))
+            found.setdefault(words, set()).add(page.relative_to(DOCS.parent).as_posix())
     assert {words: names for words, names in found.items() if len(names) > 1} == {}
 
 
@@ -224,7 +225,7 @@ def test_the_commands_of_a_page_are_understood(page: Path) -> None:
 def test_a_command_that_does_not_exist_is_seen(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     for line in ("springpot simulat", "springpot simulate --ordr 0.5", "springpot simulate --order much"):
-        page.write_text(f"```console\n{line}\n```\n")
+        page.write_text(f"```console\n{line}\n```\n", encoding="utf-8")
         with pytest.raises(CycloptsError):
             test_the_commands_of_a_page_are_understood(page)
 
@@ -247,7 +248,9 @@ def test_the_names_in_the_text_exist(tmp_path: Path) -> None:
     pages = (page for page in (*DOCS.parent.glob("*.md"), *PAGES, *EXAMPLES) if page.stem != "CHANGELOG")
     assert {page.name: names for page in pages if (names := unknown_names(page))} == {}
     wrong = tmp_path / "page.md"
-    wrong.write_text("`sp.simulat(device)`, `springpot.theory.envelop`, `sp.System.off` and `sp.simulate`\n")
+    wrong.write_text(
+        "`sp.simulat(device)`, `springpot.theory.envelop`, `sp.System.off` and `sp.simulate`\n", encoding="utf-8"
+    )
     assert unknown_names(wrong) == ["simulat", "theory.envelop", "System.off"]
 
 
@@ -355,9 +358,9 @@ def test_the_files_in_the_text_are_read(page: Path, tmp_path: Path) -> None:
     """Parts beside a spring and noise, and studies, those of a device with one that has the parts that they name."""
     record = "time_s,acceleration_g\n0,0.1\n0.01,0\n"
     for name in ("north.csv", "east.csv"):
-        (tmp_path / name).write_text(record)
+        (tmp_path / name).write_text(record, encoding="utf-8")
     for table in sorted((DOCS / "how_to").glob("*.csv")):
-        (tmp_path / table.name).write_text(table.read_text(encoding="utf-8"))
+        (tmp_path / table.name).write_text(table.read_text(encoding="utf-8"), encoding="utf-8")
     named = {
         "mount": sp.Springpot(0.3, 150.0),
         "arm": sp.FractionalMaxwell(sp.Springpot(0.5, 100.0), sp.Spring(200.0)),
@@ -502,7 +505,7 @@ def test_the_prose_has_no_metaphors(text: Path) -> None:
 def test_the_source_has_no_metaphors() -> None:
     source = DOCS.parent / "src" / "springpot"
     found = {
-        str(file.relative_to(source)): words
+        file.relative_to(source).as_posix(): words
         for file in [*source.rglob("*.py"), *source.rglob("*.js")]
         if "vendor" not in file.parts and (words := re.findall(METAPHORS, file.read_text(encoding="utf-8"), flags=re.I))
     }

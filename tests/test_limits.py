@@ -124,7 +124,7 @@ def test_lists_in_sentences_end() -> None:
 
 def test_numbers_that_overflow_with_their_unit_are_refused(tmp_path: Path) -> None:
     rows = "\n".join(f"{n},1e308,1" for n in range(1, 9))
-    (tmp_path / "a.csv").write_text(f"frequency_kHz,storage_GPa,loss_GPa\n{rows}")
+    (tmp_path / "a.csv").write_text(f"frequency_kHz,storage_GPa,loss_GPa\n{rows}", encoding="utf-8")
     with pytest.raises(ValueError, match="line 2: storage_GPa must be a finite number, not inf"):
         sp.read_data(tmp_path / "a.csv")
 

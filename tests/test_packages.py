@@ -154,4 +154,8 @@ def test_the_files_that_the_contributing_page_names_exist() -> None:
     missing = {name for name in named if not any((base / name).exists() for base in bases)}
     assert missing == set()
     files = [SOURCE / "springpot" / name for name in named if name.endswith(".py")]
-    assert [str(file) for file in files if file.is_file() and not ast.get_docstring(ast.parse(file.read_text()))] == []
+    assert [
+        str(file)
+        for file in files
+        if file.is_file() and not ast.get_docstring(ast.parse(file.read_text(encoding="utf-8")))
+    ] == []

@@ -49,9 +49,9 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
     assert "springpot/py.typed" in names
-    sources = {str(path.relative_to(ROOT / "src")) for path in (ROOT / "src" / "springpot").rglob("*.py")}
+    sources = {path.relative_to(ROOT / "src").as_posix() for path in (ROOT / "src" / "springpot").rglob("*.py")}
     assets = ROOT / "src" / "springpot" / "explorer" / "static"
-    sources |= {str(path.relative_to(ROOT / "src")) for path in assets.rglob("*") if path.is_file()} | {
+    sources |= {path.relative_to(ROOT / "src").as_posix() for path in assets.rglob("*") if path.is_file()} | {
         "springpot/py.typed",
         "springpot/evidence/atlases/atlas.npz",
         "springpot/theory/methods/envelope/losses.npz",
@@ -108,7 +108,7 @@ def test_the_wheel_announces_the_command(wheel: Path) -> None:
 
 
 def test_the_lock_names_the_public_index_only() -> None:
-    lock = tomllib.loads((ROOT / "uv.lock").read_text())
+    lock = tomllib.loads((ROOT / "uv.lock").read_text(encoding="utf-8"))
     allowed = ("https://pypi.org/", "https://files.pythonhosted.org/")
     for package in lock["package"]:
         files = [package["sdist"]] if "sdist" in package else []
@@ -154,7 +154,7 @@ def test_the_package_in_the_wheel_answers_in_an_empty_folder(wheel: Path, tmp_pa
 
 
 def test_each_extra_installs_what_it_is_said_to_bring() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     declared = project["optional-dependencies"]
 
     def brought(extra: str) -> set[str]:
@@ -232,10 +232,13 @@ def test_the_core_works_without_any_extra(tmp_path: Path) -> None:
 def test_the_installed_command_works_in_an_empty_folder(wheel: Path, tmp_path: Path) -> None:
     """In an environment that holds only the wheel and what it asks for; with and without the widest vectors."""
     locked = tmp_path / "locked.txt"
-    locked.write_text(uv("export", "--frozen", "--all-extras", "--no-dev", "--no-emit-project", "--no-hashes"))
+    locked.write_text(
+        uv("export", "--frozen", "--all-extras", "--no-dev", "--no-emit-project", "--no-hashes"), encoding="utf-8"
+    )
     environment = tmp_path / "environment"
     uv("venv", "--python", sys.executable, str(environment))
-    python = environment / "bin" / "python"
+    programs = environment / ("Scripts" if sys.platform == "win32" else "bin")
+    python = programs / "python"
     uv("pip", "install", "--python", str(python), "--constraints", str(locked), f"{wheel}[page]")
     empty = tmp_path / "empty"
     empty.mkdir()
@@ -243,7 +246,7 @@ def test_the_installed_command_works_in_an_empty_folder(wheel: Path, tmp_path: P
     def springpot(*words: str, **variables: str) -> str:
         clean = {name: value for name, value in os.environ.items() if not name.startswith(("NUMBA_", "PYTHON"))}
         done = subprocess.run(
-            [str(environment / "bin" / "springpot"), *words],
+            [str(programs / "springpot"), *words],
             cwd=empty,
             env={**clean, **variables},
             capture_output=True,
@@ -258,7 +261,7 @@ def test_the_installed_command_works_in_an_empty_folder(wheel: Path, tmp_path: P
     native = json.loads(springpot(*words))
     assert abs(native["amplitude_mean_square"] - 1.0) < 5.0 * native["amplitude_mean_square_se"] + 0.005
 
-    page, script = first_files_of_the_page(environment / "bin" / "springpot", empty)
+    page, script = first_files_of_the_page(programs / "springpot", empty)
     assert "springpot" in page
     assert "import" in script
 

@@ -25,7 +25,7 @@ def entries(place: str) -> dict[str, str]:
 
 def test_the_version_is_the_same_everywhere() -> None:
     """It stands in `machine/versions.py`, from which the package is built; these places repeat it."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     assert project["project"]["dynamic"] == ["version"]
     assert Path(versions.__file__).samefile(ROOT / project["tool"]["hatch"]["version"]["path"])
     version = springpot.__version__
@@ -74,7 +74,7 @@ def test_the_numbers_of_the_paper_are_those_measured() -> None:
     sums = [exponential_sum("average", order, steps, 1e-6) for order, steps in ((0.1, 2000), (0.9, 200_000))]
     fewest, most = (found.rates.size for found in sums)
     assert f"{fewest} to {most} terms serve for 2000 to 200 000 steps with an error of at most $10^{{-6}}$" in words
-    python = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["classifiers"]
+    python = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["classifiers"]
     tried = re.findall(r"Python :: (3[.]\d+)$", "\n".join(python), flags=re.M)
     assert f"CPython {tried[0]} to {tried[-1]}" in words
 

@@ -183,7 +183,9 @@ def test_a_study_from_file_to_chart(tmp_path: Path) -> None:
 
 
 def test_every_command_has_its_line() -> None:
-    named = re.findall(r"`springpot (\w+)", "".join(re.findall(r"^\| .*$", COMMAND.read_text(), flags=re.MULTILINE)))
+    named = re.findall(
+        r"`springpot (\w+)", "".join(re.findall(r"^\| .*$", COMMAND.read_text(encoding="utf-8"), flags=re.MULTILINE))
+    )
     commands = {name for name in cli.app if not name.startswith("-")}
     assert commands <= set(named)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import io
 import os
 import signal
 import sys
@@ -18,6 +19,8 @@ def main() -> int:
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
     for name, number in ONE_THREAD.items():
         os.environ.setdefault(name, number)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # as stderr has it, for letters in names
     return attended(_command)
 
 

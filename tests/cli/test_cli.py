@@ -29,6 +29,7 @@ from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.simulation import monte_carlo
 from springpot.simulation.kernel.entries import ENTRIES
 from springpot.simulation.plan.options import Options
+from tests.posix import needs_signals
 from tests.signals import in_a_terminal
 from tests.sizes import validation
 
@@ -423,7 +424,7 @@ def test_reproduce_prints_what_it_wrote(capsys: pytest.CaptureFixture[str], tmp_
 
 
 def test_a_folder_that_cannot_be_made_is_a_failure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
     assert cli.main(["reproduce", "fig1", "--out", str(tmp_path / "file" / "figures")]) == 1
     out, err = capsys.readouterr()
     assert out == ""
@@ -547,7 +548,7 @@ def test_doctor_compiles_ahead(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
 def test_the_control_groups_quota(files: dict[str, str], expected: float, tmp_path: Path) -> None:
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(text)
+        (tmp_path / name).write_text(text, encoding="utf-8")
     assert control_group_quota(tmp_path) == expected
 
 
@@ -582,13 +583,30 @@ def test_a_reader_that_goes_away_is_no_news() -> None:
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 def test_a_full_disk_is_one_sentence() -> None:
     words = ["study", "schema"]
-    with open("/dev/full", "w") as full:
+    with open("/dev/full", "w", encoding="utf-8") as full:
         done = subprocess.run([*COMMAND, *words], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
     assert done.returncode == 1
     assert done.stderr == "springpot: reading or writing failed: No space left on device.\n"
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+@pytest.mark.parametrize("encoding", ["cp1252", validation("ascii"), validation("utf-8")])
+def test_a_name_may_have_letters_that_the_terminal_lacks(encoding: str, tmp_path: Path) -> None:
+    """As a pipe of Windows does: the file is UTF-8 in any case, also with its ends of lines."""
+    place, part = (
+        tmp_path / "gr\N{LATIN SMALL LETTER O WITH DIAERESIS}\N{GREEK SMALL LETTER OMEGA}.toml",
+        "mount_\u03c9",
+    )
+    parts = 'kind = "spring"\nstiffness = 1.0', f'kind = "dashpot"\nname = "{part}"\ncoefficient = 0.4'
+    place.write_bytes("".join(f"[[parts]]\n{each}\n" for each in parts).replace("\n", "\r\n").encode())
+    done = subprocess.run(
+        [*COMMAND, "explain", str(place)], capture_output=True, timeout=60,
+        env={**os.environ, "PYTHONIOENCODING": encoding},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert part.encode(encoding, "backslashreplace") in done.stdout
+
+
+@needs_signals
 @pytest.mark.parametrize("module", ["springpot.cli", "cyclopts", "springpot.theory", "scipy"])
 def test_an_interrupt_while_modules_load_ends_with_130(module: str) -> None:
     """The signal arrives just as a module begins to load."""
@@ -619,7 +637,7 @@ def test_the_callers_own_handling_of_signals_stays() -> None:
             signal.signal(signal.SIGINT, before)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+@needs_signals
 def test_an_interrupted_run_ends_with_130() -> None:
     """A run of hours, interrupted while it computes."""
     words = ["simulate", "--paths", "1000000", "--duration", "1000", "--step", "1e-3", "--threads", "1", "--json"]

@@ -44,7 +44,7 @@ def test_a_run_is_saved_with_thinned_paths(suffix: str, tmp_path: Path, capsys: 
 def test_a_table_and_its_paths_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([*SHORT, "--out", str(tmp_path / "run.csv"), "--record", "1"]) == 0
     assert capsys.readouterr().out.splitlines()[-2:] == [str(tmp_path / "run.csv"), str(tmp_path / "run_paths.csv")]
-    assert (tmp_path / "run.csv").read_text().startswith("quantity,at,along,value,standard_error,")
+    assert (tmp_path / "run.csv").read_text(encoding="utf-8").startswith("quantity,at,along,value,standard_error,")
 
 
 @pytest.mark.parametrize(
@@ -194,7 +194,7 @@ def test_a_missing_file_is_bad_input(monkeypatch: pytest.MonkeyPatch, capsys: py
     from springpot.simulation import monte_carlo
 
     def run(*_: object, **__: object) -> None:
-        open("missing.bin")  # noqa: SIM115
+        open("missing.bin", encoding="utf-8")  # noqa: SIM115
 
     monkeypatch.setattr(monte_carlo, "simulated", run)
     assert cli.main(["simulate"]) == 2

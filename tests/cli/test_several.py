@@ -16,7 +16,7 @@ from tests.several import buildings, chain
 
 @pytest.fixture
 def pair(tmp_path: Path) -> str:
-    (tmp_path / "pair.toml").write_text(sp.to_toml(buildings(sp.WhiteNoise(1e9, on="old"), gap=-5.0)))
+    (tmp_path / "pair.toml").write_text(sp.to_toml(buildings(sp.WhiteNoise(1e9, on="old"), gap=-5.0)), encoding="utf-8")
     return str(tmp_path / "pair.toml")
 
 

@@ -22,7 +22,7 @@ DUFFING = sp.System(
 @pytest.fixture
 def place(tmp_path: Path) -> str:
     found = tmp_path / "device.toml"
-    found.write_text(sp.to_toml(DUFFING))
+    found.write_text(sp.to_toml(DUFFING), encoding="utf-8")
     return str(found)
 
 
@@ -42,7 +42,10 @@ def test_theory_of_a_file(place: str, capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_a_harvester_has_its_power_in_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     place = tmp_path / "harvester.toml"
-    place.write_text(sp.to_toml(sp.System(sp.Spring(1.0), sp.PiezoelectricCircuit(0.5, 2.0, 1.0), sp.WhiteNoise(1.0))))
+    place.write_text(
+        sp.to_toml(sp.System(sp.Spring(1.0), sp.PiezoelectricCircuit(0.5, 2.0, 1.0), sp.WhiteNoise(1.0))),
+        encoding="utf-8",
+    )
     assert cli.main(["theory", str(place)]) == 0
     assert any(line.split()[0] == "harvested_power" for line in capsys.readouterr().out.splitlines() if line.split())
 
@@ -89,7 +92,7 @@ def test_simulate_and_compare_a_file(place: str, capsys: pytest.CaptureFixture[s
 def test_a_file_that_is_an_oscillator_runs_as_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     asked = sp.Oscillator(2.0, sp.Springpot(0.5, 0.3), sp.Barrier(-0.1, 0.9), sp.WhiteNoise(0.5))
     place = tmp_path / "oscillator.toml"
-    place.write_text(sp.to_toml(asked))
+    place.write_text(sp.to_toml(asked), encoding="utf-8")
     flags = ["--paths", "64", "--duration", "2", "--start", "rest", "--json"]
     numbers = sp.Dimensionless.of(asked).numbers
     words = [f"--{name.replace('_', '-')}={numbers[name]}" for name in numbers if name not in ("side", "barrier")]

@@ -34,7 +34,7 @@ intensity = 1.0
 @pytest.fixture
 def device(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "device.toml").write_text(DEVICE)
+    (tmp_path / "device.toml").write_text(DEVICE, encoding="utf-8")
     return "device.toml"
 
 

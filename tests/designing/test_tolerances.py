@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scipy import optimize, stats
+import scipy
+from scipy import optimize
 
 import springpot as sp
 from springpot import cli
@@ -26,11 +27,12 @@ def walled(**law: Any) -> sp.System:
 def exact_quantile(centre: float) -> float:
     """Of the impact rate behind an elastic wall, Omega exp(-u^2 / 2) / (2 pi Phi(u)), u = gap / s: it falls with the
     gap."""
-    gap = centre / math.sqrt(1.01) * math.exp(-float(stats.norm.ppf(0.95)) * SPREAD)
+    gap = centre / math.sqrt(1.01) * math.exp(-float(scipy.stats.norm.ppf(0.95)) * SPREAD)
     u = gap / 0.5
-    return 2.0 * math.exp(-0.5 * u * u) / (2.0 * math.pi * float(stats.norm.cdf(u)))
+    return 2.0 * math.exp(-0.5 * u * u) / (2.0 * math.pi * float(scipy.stats.norm.cdf(u)))
 
 
+@pytest.mark.validation  # every day: the mean over devices, and the command that takes a quantile
 def test_a_gap_so_wide_that_95_of_100_devices_hold() -> None:
     """The design, and what `sp.scatter` says of it with other random numbers."""
     found = sp.design(walled(), "centre", {"impact_rate_quantile_0.95": (None, 0.1)}, rtol=0.04, cost_rtol=0.04)

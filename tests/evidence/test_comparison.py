@@ -345,7 +345,7 @@ def test_the_readme_counts_the_cells_of_the_map() -> None:
         each = [all(found[i][name] <= most for name, most in limits.items()) for i in chosen]
         return f"{sum(each)} of {len(each)} cells"
 
-    pages = ((Path(__file__).parents[2] / name).read_text() for name in ("README.md", "docs/limits.md"))
+    pages = ((Path(__file__).parents[2] / name).read_text(encoding="utf-8") for name in ("README.md", "docs/limits.md"))
     readme, limits = (" ".join(page.split()) for page in pages)
     assert good(near, 2.0) in limits
     assert good(light, 5.0) in limits

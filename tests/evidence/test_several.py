@@ -21,7 +21,7 @@ def test_theory_is_beside_monte_carlo_mass_by_mass() -> None:
 
 
 def test_the_command_compares_and_draws_one_mass_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "damper.toml").write_text(sp.to_toml(tuned()))
+    (tmp_path / "damper.toml").write_text(sp.to_toml(tuned()), encoding="utf-8")
     assert cli.main(["compare", str(tmp_path / "damper.toml"), "--rtol", "0.2"]) == 0
     assert "* recommended here: linear" in capsys.readouterr().out
     assert cli.main(["compare", str(tmp_path / "damper.toml"), "--plot", str(tmp_path / "a.png")]) == 2

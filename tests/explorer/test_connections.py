@@ -7,7 +7,6 @@ import gc
 import json
 import signal
 import socket
-import sys
 import time
 import urllib.request
 import warnings
@@ -29,6 +28,7 @@ from springpot.explorer.server import FIRST_MESSAGE_SECONDS
 from springpot.explorer.session import Session
 from tests.explorer.conftest import Server, running
 from tests.explorer.talk import tab
+from tests.posix import needs_signals
 from tests.signals import in_a_terminal
 
 
@@ -169,7 +169,7 @@ def test_a_tab_that_says_nothing_gives_its_place_back(server: Server) -> None:
 
 
 @pytest.mark.validation  # every day: the end of a server on which nothing hangs, in test_server.py
-@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+@needs_signals
 def test_an_orderly_end_whatever_hangs_on_the_server() -> None:
     """Half requests, silent tabs, tabs that ask without an end: one line, at once."""
     with in_a_terminal(), running() as started, ExitStack() as stack:

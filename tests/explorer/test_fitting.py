@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from scipy import signal
+import scipy
 
 import springpot as sp
 from springpot.explorer.fitting import fitted, freed
@@ -69,7 +69,7 @@ def moduli() -> str:
 @pytest.fixture(scope="module")
 def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("rubber") / "rubber.toml"
-    path.write_text(RUBBER)
+    path.write_text(RUBBER, encoding="utf-8")
     return path
 
 
@@ -329,8 +329,8 @@ def shaken() -> str:
     """Six seconds of a shaker's table and of 0.2 kg on 80 N/m and 2 N s^0.5/m, with noise of 1 %."""
     rng, rate = np.random.default_rng(1), 250.0
     time = np.arange(1500) / rate
-    band = signal.butter(4, (2.0, 40.0), "bandpass", fs=rate, output="sos")
-    table = signal.sosfilt(band, 4.0 * rng.standard_normal(time.size))
+    band = scipy.signal.butter(4, (2.0, 40.0), "bandpass", fs=rate, output="sos")
+    table = scipy.signal.sosfilt(band, 4.0 * rng.standard_normal(time.size))
     motion = sp.RecordedExcitation(tuple(time), tuple(table), "ground", interpolation="band-limited")
     device = sp.System(sp.Mass(0.2), sp.Spring(80.0), sp.Springpot(0.5, 2.0), motion)
     run = sp.simulate(
@@ -345,7 +345,7 @@ def shaken() -> str:
 @pytest.fixture(scope="module")
 def mount(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     path = tmp_path_factory.mktemp("mount") / "mount.toml"
-    path.write_text(RUBBER.replace(BARRIER, ""))
+    path.write_text(RUBBER.replace(BARRIER, ""), encoding="utf-8")
     with running(str(path)) as server:
         yield server
 

@@ -77,4 +77,4 @@ def test_theory_of_another_question_is_neither_shown_as_this_one_nor_saved(savin
         assert button.is_disabled()
     with tab.page.expect_download() as download:
         tab.page.locator("#save-csv").click()
-    assert "envelope" not in download.value.path().read_text()
+    assert "envelope" not in download.value.path().read_text(encoding="utf-8")

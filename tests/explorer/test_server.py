@@ -7,7 +7,6 @@ import random
 import signal
 import socket
 import subprocess
-import sys
 import time
 import urllib.error
 import urllib.request
@@ -24,6 +23,7 @@ from springpot.explorer.protocol import LONGEST_MESSAGE
 from springpot.explorer.server import allowed_hosts
 from tests.explorer.conftest import COMMAND, Server, running
 from tests.explorer.talk import Tab, numbers, tab
+from tests.posix import needs_signals
 from tests.signals import in_a_terminal
 from tests.sizes import validation
 
@@ -74,14 +74,14 @@ def test_every_file_of_the_page_is_there(server: Server) -> None:
                 assert headers["content-type"].startswith("text/javascript")
                 # named in the page, or where the cards far below and the charts of the first fit are loaded: a module
                 # that is first named by another one is asked for a round later
-                loaders = [(static / "js" / name).read_text() for name in ("main.js", "fit.js")]
+                loaders = [(static / "js" / name).read_text(encoding="utf-8") for name in ("main.js", "fit.js")]
                 later = any(f'import("./{file.name}")' in loader for loader in loaders)
                 assert later or f"/static/{file.relative_to(static)}".encode() in page
 
 
 def test_vendored_code_has_its_licence() -> None:
     vendor = Path(__file__).parents[2] / "src" / "springpot" / "explorer" / "static" / "vendor"
-    assert "MIT" in (vendor / "uPlot.LICENSE").read_text()
+    assert "MIT" in (vendor / "uPlot.LICENSE").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -328,7 +328,7 @@ def test_a_pause_stops_time_and_paths(server: Server) -> None:
 # --- beginning and end ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+@needs_signals
 @pytest.mark.parametrize(
     ("busy", "sent"),
     [

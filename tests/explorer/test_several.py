@@ -202,7 +202,7 @@ def context(browser: Browser) -> Iterator[BrowserContext]:
 def page(context: BrowserContext, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
     """The chain of four, from a file."""
     file = tmp_path_factory.mktemp("several") / "four.toml"
-    file.write_text(sp.to_toml(chain()))
+    file.write_text(sp.to_toml(chain()), encoding="utf-8")
     with running(str(file)) as server, opened(context, server, QUICK) as made:
         yield made
 
@@ -308,7 +308,7 @@ def test_nothing_is_cut_or_overlaps(page: Tab) -> None:
 def test_another_system_is_opened_from_the_page(context: BrowserContext, server: Server, tmp_path: Path) -> None:
     """From its examples, and from a file; a place that is not there is said."""
     file = tmp_path / "pair.toml"
-    file.write_text(sp.to_toml(PAIR))
+    file.write_text(sp.to_toml(PAIR), encoding="utf-8")
 
     with opened(context, server, QUICK) as tab:
         tab.page.locator("#example").select_option("system pounding")

@@ -39,7 +39,7 @@ SHOWN = "!document.querySelector('#scatter-found').hidden"
 @pytest.fixture(scope="module")
 def mount(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     path = tmp_path_factory.mktemp("mount") / "device.toml"
-    path.write_text(to_toml(DEVICE))
+    path.write_text(to_toml(DEVICE), encoding="utf-8")
     with running(str(path)) as server:
         yield server
 
@@ -278,7 +278,7 @@ def test_tolerances_by_hand_are_kept_in_link_and_file(server: Server, context: B
         tab.wait("location.hash.includes('tolerance.springpot_coefficient=0.1')")
         with page.expect_download() as waiting:
             page.locator("#save-file").click()
-        text = Path(waiting.value.path()).read_text()
+        text = Path(waiting.value.path()).read_text(encoding="utf-8")
         assert 'coefficient = { uncertain = "springpot_coefficient", value = 1.0, cov = 0.1 }' in text
         link = page.evaluate("location.hash")
         page.reload()

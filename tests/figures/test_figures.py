@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from collections.abc import Callable
@@ -103,7 +104,7 @@ def test_a_picture_is_drawn_where_it_should_be_and_has_units(name: str) -> None:
     assert isinstance(own.figure, Figure)
     for label in (given.get_xlabel(), given.get_ylabel()):
         assert UNIT.search(label) or label.startswith(("probability", "error (m)")), label
-    given.figure.savefig("/dev/null", format="png")  # type: ignore[union-attr]
+    given.figure.savefig(os.devnull, format="png")  # type: ignore[union-attr]
 
 
 def test_pyplot_is_left_alone() -> None:

@@ -117,7 +117,7 @@ def test_a_refusal_says_what_to_do(content: bytes, given: dict[str, Any], senten
 )
 def test_what_is_stated_is_checked(given: dict[str, Any], sentence: str, tmp_path: Path) -> None:
     place = tmp_path / "a.csv"
-    place.write_text("time_s,a_g\n0,1\n1,2\n")
+    place.write_text("time_s,a_g\n0,1\n1,2\n", encoding="utf-8")
     with pytest.raises((TypeError, ValueError), match=f"^{sentence}"):
         sp.RecordedExcitation.from_file(place, **given)
 
@@ -154,7 +154,7 @@ def test_functions_of_a_universal_file_are_chosen_by_name(tmp_path: Path) -> Non
 
 def test_a_clean_file_says_nothing(tmp_path: Path, capsys: Any) -> None:
     place = tmp_path / "a.csv"
-    place.write_text("# a test\ntime_s,acceleration_m/s2,acceleration_m/s2\n0,0,1\n1,2,3\n")
+    place.write_text("# a test\ntime_s,acceleration_m/s2,acceleration_m/s2\n0,0,1\n1,2,3\n", encoding="utf-8")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         sp.RecordedExcitation.from_file(place)
@@ -166,7 +166,9 @@ def test_time_grows_with_the_file(rows: int, tmp_path: Path) -> None:
     import time
 
     place = tmp_path / "long.csv"
-    place.write_text("time_s;a_g\n" + "".join(f"{n / 512:.6f};{n % 7}\n".replace(".", ",") for n in range(rows)))
+    place.write_text(
+        "time_s;a_g\n" + "".join(f"{n / 512:.6f};{n % 7}\n".replace(".", ",") for n in range(rows)), encoding="utf-8"
+    )
     begin = time.perf_counter()
     with pytest.warns(sp.FileWarning):
         sp.RecordedExcitation.from_file(place)

@@ -42,7 +42,7 @@ def test_matrix_market_as_scipy_has_it(form: Any, matrix: Any, symmetry: str, tm
 def test_an_exponent_of_fortran(tmp_path: Path) -> None:
     """SciPy 1.17 reads 1."""
     place = tmp_path / "own.mtx"
-    place.write_text(f"{HEAD}% of Fortran\n\n 2 2 2\n1 1 1.5D+03\n2 1 -2d0\n")
+    place.write_text(f"{HEAD}% of Fortran\n\n 2 2 2\n1 1 1.5D+03\n2 1 -2d0\n", encoding="utf-8")
     assert sp.read_matrix(place).toarray().tolist() == [[1500.0, -2.0], [-2.0, 0.0]]
 
 
@@ -72,7 +72,7 @@ BAD = {
 
 @pytest.mark.parametrize("content", BAD)
 def test_what_cannot_be_read_is_refused_in_one_sentence(content: str, tmp_path: Path) -> None:
-    (tmp_path / "own.mtx").write_text(content)
+    (tmp_path / "own.mtx").write_text(content, encoding="utf-8")
     with pytest.raises(FileError) as caught:
         sp.read_matrix(tmp_path / "own.mtx")
     assert BAD[content] in str(caught.value)
@@ -120,7 +120,7 @@ def test_damaged_files(form: Any, seeds: range, tmp_path: Path) -> None:
 
 
 def test_an_op4_file_needs_an_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "own.op4").write_text("       2       2       6       2KAA     1P,3E23.16\n")
+    (tmp_path / "own.op4").write_text("       2       2       6       2KAA     1P,3E23.16\n", encoding="utf-8")
     monkeypatch.setattr("springpot.machine.extras.find_spec", lambda _: None)
     with pytest.raises(MissingExtraError, match=r'an OP4 file needs pyyeti, .* "springpot\[op4\]"'):
         sp.read_matrix(tmp_path / "own.op4")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
+import scipy
 
 import springpot as sp
 from springpot.fitting.likelihood import inverse
@@ -57,12 +57,12 @@ def simulated(system: System, force: Floats, on: str = "mass", fine: int = 40, r
 
 
 def rough_force(samples: int, rng: np.random.Generator) -> Floats:
-    return np.asarray(lfilter([1.0], [1.0, -0.6], 2.4 * rng.standard_normal(samples + 200))[200:])
+    return np.asarray(scipy.signal.lfilter([1.0], [1.0, -0.6], 2.4 * rng.standard_normal(samples + 200))[200:])
 
 
 def sensor_noise(samples: int, rng: np.random.Generator, is_coloured: bool) -> Floats:
     white = rng.standard_normal(samples + 200)
-    return np.asarray(lfilter([0.19**0.5], [1.0, -0.9], white) if is_coloured else white)[200:]
+    return np.asarray(scipy.signal.lfilter([0.19**0.5], [1.0, -0.9], white) if is_coloured else white)[200:]
 
 
 def twin(kind: str, seed: int, samples: int = 1200, is_coloured: bool = False, **more: Any) -> sp.MeasuredRecord:
@@ -240,12 +240,13 @@ def test_numbers_that_leave_the_path_as_it_is_are_named() -> None:
         sp.fit(model, data)
 
 
+@pytest.mark.parametrize("kind", ["linear", validation("duffing")])
 @pytest.mark.parametrize(("factor", "words"), [(-1.0, "check the sign of the input"), (1000.0, "check the units")])
-def test_a_wrong_sign_or_unit_is_named(factor: float, words: str) -> None:
-    data = twin("duffing", 12)
+def test_a_wrong_sign_or_unit_is_named(factor: float, words: str, kind: str) -> None:
+    data = twin(kind, 12)
     wrong = sp.MeasuredRecord(data.time, factor * data.values, input=data.input, start="rest", interpolation="linear")
     with pytest.raises(NoFitError, match=words):
-        sp.fit(restarted(device("duffing"), {"k": 9.5}), wrong)
+        sp.fit(restarted(device(kind), {"k": 9.5}), wrong)
 
 
 def test_a_search_that_is_stopped_gives_the_best_so_far() -> None:

@@ -91,12 +91,12 @@ GOOD = "# averages = 20\nfrequency_hz,magnitude_mm/N,phase_deg,coherence_1\n1,2,
 
 
 def test_a_file_is_read_in_si_units(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text(GOOD)
+    (tmp_path / "a.csv").write_text(GOOD, encoding="utf-8")
     found = sp.read_data(tmp_path / "a.csv")
     assert isinstance(found, sp.MeasuredFrequencyResponse)
     assert found.response[1] == pytest.approx(-4e-3j)
     assert (found.of, found.on, found.averages) == ("x", "mass", 20.0)
-    (tmp_path / "a.csv").write_text("frequency_hz;real_1;imaginary_1\n1;1;0\n2;2;-3\n3;-0.1;0\n")
+    (tmp_path / "a.csv").write_text("frequency_hz;real_1;imaginary_1\n1;1;0\n2;2;-3\n3;-0.1;0\n", encoding="utf-8")
     found = sp.read_data(tmp_path / "a.csv")
     assert isinstance(found, sp.MeasuredFrequencyResponse)
     assert (found.of, found.on, complex(found.response[1])) == ("a", "ground", 2.0 - 3.0j)
@@ -123,7 +123,7 @@ BAD = [
 
 @pytest.mark.parametrize(("text", "sentence"), BAD)
 def test_a_bad_file_is_one_sentence(tmp_path: Path, text: str, sentence: str) -> None:
-    (tmp_path / "a.csv").write_text(text)
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
     with pytest.raises(FileError, match=sentence):
         sp.read_data(tmp_path / "a.csv")
 

@@ -41,7 +41,9 @@ def test_the_conjugate_of_a_response_is_refused(of: Any, on: Any) -> None:
 def test_a_file_says_what_to_do(tmp_path: Path) -> None:
     rows = (f"{f:.6g},{h.real:.8e},{-h.imag:.8e}" for f, h in zip(F, measured(), strict=True))
     place = tmp_path / "frf.csv"
-    place.write_text("\n".join(["# relative_error = 0.01", "frequency_hz,real_m/N,imaginary_m/N", *rows]))
+    place.write_text(
+        "\n".join(["# relative_error = 0.01", "frequency_hz,real_m/N,imaginary_m/N", *rows]), encoding="utf-8"
+    )
     with pytest.raises(FileError, match=r"must have a negative imaginary part.* at 3. of 40 points: .* times -1; or"):
         sp.read_data(place)
 
@@ -87,6 +89,6 @@ def test_a_negative_loss_modulus_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"loss\[3\] must be greater than 0"):
         sp.MeasuredModuli(f, modulus.real, one)
     rows = (f"{w:g},{g.real:g},{-g.imag:g}" for w, g in zip(f, modulus, strict=True))
-    (tmp_path / "a.csv").write_text("\n".join(["frequency_hz,storage_Pa,loss_Pa", *rows]))
+    (tmp_path / "a.csv").write_text("\n".join(["frequency_hz,storage_Pa,loss_Pa", *rows]), encoding="utf-8")
     with pytest.raises(FileError, match=r"loss must be positive, but all 8 points are negative.* give -loss"):
         sp.read_data(tmp_path / "a.csv")

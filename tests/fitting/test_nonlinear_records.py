@@ -237,6 +237,7 @@ def test_two_walls_are_mirror_images() -> None:
     assert there.values["q"] == pytest.approx(here.values["q"], rel=1e-6)
 
 
+@pytest.mark.validation  # every day: a short record with a wall, and one of a hardening spring
 def test_a_short_record_of_the_acceleration() -> None:
     """20 s from a start near the truth: within four standard errors."""
     data, spread = record(twins(on_ground, "a", 1, 20.0, 2.5e-4, 5)[0], 5, "a")

@@ -146,7 +146,7 @@ def test_the_command_fits_and_writes(tmp_path: Path, capsys: Any, monkeypatch: p
     modulus = 2e5 * (2j * np.pi * f) ** 0.3 * (1.0 + 0.01 * np.random.default_rng(1).standard_normal(12))
     rows = "\n".join(f"{a},{b.real / 1e3},{b.imag / 1e3}" for a, b in zip(f, modulus, strict=True))
     written(tmp_path, "frequency_hz,storage_kPa,loss_kPa\n" + rows)
-    (tmp_path / "rubber.toml").write_text(RUBBER)
+    (tmp_path / "rubber.toml").write_text(RUBBER, encoding="utf-8")
     words = ["fit", "data.csv", "--model", "rubber.toml"]
     assert cli.main([*words, "--out", "found.toml", "--plot", "found.png"]) == 0
     said = capsys.readouterr()
@@ -305,7 +305,7 @@ def test_the_command_fits_a_record_with_its_input(tmp_path: Path, capsys: Any, m
                       step=2e-3, record_every=10, duration=time[-1], seed=1)  # fmt: skip
     rows = "\n".join(f"{t:.2f},{f:.6g},{1e3 * x:.7g}" for t, f, x in zip(time, force, run.record[0, :, 0], strict=True))
     written(tmp_path, "# start = rest\n# interpolation = linear\ntime_s,force_N,x_mm\n" + rows)
-    (tmp_path / "device.toml").write_text(DEVICE)
+    (tmp_path / "device.toml").write_text(DEVICE, encoding="utf-8")
     assert cli.main(["fit", "data.csv", "--model", "device.toml", "--plot", "fit.png", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["values"]["k"] == pytest.approx(80.0, rel=0.01)
     assert (tmp_path / "fit.png").stat().st_size > 10_000

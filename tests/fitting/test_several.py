@@ -91,12 +91,12 @@ def test_a_response_and_a_spectrum_give_back_their_numbers(tmp_path: Path) -> No
     measured = response_of(model(), F, "x", "a", "b")[0] * (1.0 + z)
     rows = "\n".join(f"{f},{h.real},{h.imag}" for f, h in zip(F, measured, strict=True))
     (tmp_path / "a.csv").write_text(
-        f"# relative_error = 0.02\n# at = b\n# on = a\nfrequency_hz,real_m/N,imaginary_m/N\n{rows}"
+        f"# relative_error = 0.02\n# at = b\n# on = a\nfrequency_hz,real_m/N,imaginary_m/N\n{rows}", encoding="utf-8"
     )
     assert near(sp.fit(FREE, sp.read_data(tmp_path / "a.csv")))
     density = response(model(), "x", at="b")(F) * rng.gamma(30.0, 1.0 / 30.0, F.size)
     rows = "\n".join(f"{f},{d}" for f, d in zip(F, density, strict=True))
-    (tmp_path / "b.csv").write_text(f"# averages = 30\n# at = b\nfrequency_hz,density_m2/Hz\n{rows}")
+    (tmp_path / "b.csv").write_text(f"# averages = 30\n# at = b\nfrequency_hz,density_m2/Hz\n{rows}", encoding="utf-8")
     assert near(sp.fit(FREE, sp.read_data(tmp_path / "b.csv")))
 
 
@@ -114,7 +114,7 @@ def test_statistics_of_points_give_back_their_numbers(tmp_path: Path) -> None:
              f"a_b_elongation_rms (m),{linear.a_b_elongation_mean_square**0.5},0.01",
              f"b_x_quantile_0.9 (m),{1.28155 * linear.b_x_mean_square**0.5},0.02",
              f"b_x_standard_deviation (m),{linear.b_x_mean_square**0.5},0.02"]  # fmt: skip
-    (tmp_path / "s.csv").write_text("\n".join(["quantity,value,error", *lines]))
+    (tmp_path / "s.csv").write_text("\n".join(["quantity,value,error", *lines]), encoding="utf-8")
     assert near(sp.fit(FREE, sp.read_data(tmp_path / "s.csv"), paths=1024))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import signal
 from pathlib import Path
@@ -194,12 +193,12 @@ def test_the_first_ctrl_c_lets_the_command_keep_the_best_so_far(
 
     def struck_by_ctrl_c(self: SimulatedRuns, *args: Any, **words: Any) -> Surface:
         found = first(self, *args, **words)
-        os.kill(os.getpid(), signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
         return found
 
-    (tmp_path / "a.csv").write_text(GOOD)
+    (tmp_path / "a.csv").write_text(GOOD, encoding="utf-8")
     device = sp.System(sp.Spring(W), sp.Springpot(1.0, 0.4), sp.Barrier(-0.5, 1.0), sp.WhiteNoise(Q))
-    (tmp_path / "a.toml").write_text(sp.to_toml(device))
+    (tmp_path / "a.toml").write_text(sp.to_toml(device), encoding="utf-8")
     monkeypatch.setattr(SimulatedRuns, "surface", struck_by_ctrl_c)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
@@ -280,7 +279,7 @@ FILES = [
 
 @pytest.mark.parametrize(("text", "sentence"), FILES)
 def test_a_bad_file_is_one_sentence(tmp_path: Path, text: str, sentence: str) -> None:
-    (tmp_path / "a.csv").write_text(text)
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
     with pytest.raises(FileError, match=sentence) as caught:
         sp.read_data(tmp_path / "a.csv")
     assert "\n" not in str(caught.value)
@@ -291,14 +290,14 @@ def test_the_command_fits_a_file_of_statistics(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("a.csv").write_text(GOOD)
+    Path("a.csv").write_text(GOOD, encoding="utf-8")
     read = sp.read_data("a.csv")
     assert isinstance(read, sp.MeasuredStatistics)
     assert read.values == pytest.approx([1.26, 0.21])
     device = sp.System(
         sp.Spring(sp.free("k", 1.2, (0.3, 3.0))), sp.Springpot(1.0, 0.4), sp.Barrier(-0.5, 1.0), sp.WhiteNoise(Q)
     )
-    Path("a.toml").write_text(sp.to_toml(device))
+    Path("a.toml").write_text(sp.to_toml(device), encoding="utf-8")
     assert cli.main(["fit", "a.csv", "--model", "a.toml", "--plot", "a.png", "--paths", "1024"]) == 0
     assert "fit of 2 numbers to 2 statistics" in capsys.readouterr().out
     assert Path("a.png").stat().st_size > 10_000

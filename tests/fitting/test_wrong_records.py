@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import signal
+import scipy
 
 import springpot as sp
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
+from tests.sizes import validation
 
 RATE = 250.0  # per s
 TIME = np.arange(500) / RATE
@@ -26,8 +27,8 @@ def mount(k: Any, C: Any, *more: Any) -> sp.System:
 def shaken() -> tuple[Floats, Floats]:
     """A force, and the displacement of a mount of 80 N/m and 2 N s^0.5/m, with noise of 1 %."""
     rng = np.random.default_rng(1)
-    band = signal.butter(4, (2.0, 40.0), "bandpass", fs=RATE, output="sos")
-    force = signal.sosfilt(band, rng.standard_normal(TIME.size))
+    band = scipy.signal.butter(4, (2.0, 40.0), "bandpass", fs=RATE, output="sos")
+    force = scipy.signal.sosfilt(band, rng.standard_normal(TIME.size))
     shaker = sp.RecordedExcitation(tuple(TIME), tuple(force), "mass", interpolation="band-limited")
     run = sp.simulate(
         mount(80.0, 2.0, shaker), paths=1, record=1, start="rest", step=0.1 / RATE, record_every=10, duration=TIME[-1],
@@ -100,11 +101,13 @@ def test_a_record_that_cannot_be_one_of_its_model_is_one_sentence() -> None:
         sp.fit(free_mount(sp.Barrier(-0.01)), record(of="a"))
 
 
-def test_a_wrong_unit_and_an_inverted_phase_are_no_fit() -> None:
+@pytest.mark.parametrize(("what", "factor"), [("values", -1.0), validation("values", 1e3), validation("input", 1e3)])
+def test_a_wrong_unit_and_an_inverted_phase_are_no_fit(what: str, factor: float) -> None:
     force, x = shaken()
-    for changes in ({"values": 1e3 * x}, {"input": 1e3 * force}, {"values": -x}):
-        with pytest.raises(ValueError, match="no numbers were found with which the model follows the record"):
-            sp.fit(mount(sp.free("k", 60.0, (10.0, 500.0)), 2.0), record(**changes))
+    with pytest.raises(ValueError, match="no numbers were found with which the model follows the record"):
+        sp.fit(
+            mount(sp.free("k", 60.0, (10.0, 500.0)), 2.0), record(**{what: factor * (x if what == "values" else force)})
+        )
 
 
 def test_a_clipped_response_is_said() -> None:

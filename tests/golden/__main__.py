@@ -52,7 +52,7 @@ def main(what: str, file: str = "", *kinds: str) -> int:
         from tests.golden.numbers import FEW, few
 
         kept = {kind: {name: value for name, (value, _) in few(kind)} for kind in FEW}
-        (Path(__file__).parent / "kept.json").write_text(json.dumps(kept, indent=1) + "\n")
+        (Path(__file__).parent / "kept.json").write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
         return 0
     if what == "kinds":
         from tests.golden.numbers import KINDS
@@ -62,11 +62,11 @@ def main(what: str, file: str = "", *kinds: str) -> int:
     now = dict(_computed(kinds))
     place = Path(file)
     if what == "keep":
-        before = json.loads(place.read_text()) if kinds and place.exists() else {}
-        place.write_text(json.dumps(before | now, indent=0))
+        before = json.loads(place.read_text(encoding="utf-8")) if kinds and place.exists() else {}
+        place.write_text(json.dumps(before | now, indent=0), encoding="utf-8")
         print(f"{sum(map(len, now.values()))} kept")
         return 0
-    before = json.loads(place.read_text())
+    before = json.loads(place.read_text(encoding="utf-8"))
     if not any(":" in kind for kind in kinds):  # a case that is gone is missing
         wanted = [kind.partition(":")[0] for kind in kinds]
         now = {case: {} for case in before if not kinds or case.split("/")[0] in wanted} | now

@@ -16,7 +16,7 @@ from tests.golden.comparison import compared, renamed
 from tests.golden.numbers import FEW, few
 from tests.golden.systems import CHOSEN, PARTS, pairs_in, system
 
-KEPT = json.loads((Path(__file__).parent / "kept.json").read_text())
+KEPT = json.loads((Path(__file__).parent / "kept.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("kind", FEW)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import subprocess
-import sys
 import time
 import urllib.request
 from pathlib import Path
@@ -14,10 +13,11 @@ import pytest
 from tests.explorer.conftest import running
 from tests.explorer.talk import tab
 from tests.explorer.test_fitting import RUBBER, many_impacts, send
+from tests.posix import needs_signals
 from tests.signals import in_the_background
 from tests.studies.samples import COMMAND, RUNS, lines, write_toml
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+pytestmark = needs_signals
 
 
 def test_the_page() -> None:
@@ -33,7 +33,7 @@ def test_the_page() -> None:
 
 @pytest.mark.validation  # every day: any long work, in test_interrupt.py
 def test_the_page_in_the_middle_of_a_fit(tmp_path: Path) -> None:
-    (tmp_path / "rubber.toml").write_text(RUBBER)
+    (tmp_path / "rubber.toml").write_text(RUBBER, encoding="utf-8")
     with in_the_background(), running(str(tmp_path / "rubber.toml")) as started, tab(started) as page:
         page.say(kind="problem", generation=1, paths=64)
         page.until("accepted")

@@ -10,8 +10,9 @@ import time
 import pytest
 
 from springpot.machine.crew import work_together
+from tests.posix import needs_signals
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+pytestmark = needs_signals
 
 LONG = "hashlib.pbkdf2_hmac('sha256', b'', b'', (1 << 31) - 1)"  # compiled code for minutes, which no exception ends
 SENTENCE = "springpot: interrupted.\n"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 import threading
@@ -16,6 +15,7 @@ import pytest
 from springpot.machine.faults import FileError
 from springpot.machine.record import Record, digest, line_of
 from tests.kills import fill, kill_when, lines_in
+from tests.posix import link, make_pipe
 
 LONG = {"number": 1.0 / 3.0, "words": "x" * 9000}  # more than two pages
 
@@ -173,9 +173,9 @@ def test_a_full_disk_is_said_and_what_was_there_stays(room: int, small_disk: Pat
 
 def test_what_is_no_file_in_a_folder_is_passed_over_at_once(tmp_path: Path) -> None:
     record(tmp_path, shared=True).add("a", 1)
-    os.mkfifo(tmp_path / "pipe.tasks")
+    make_pipe(tmp_path / "pipe.tasks")
     (tmp_path / "folder.tasks").mkdir()
-    (tmp_path / "loop.tasks").symlink_to(tmp_path / "loop.tasks")
+    link(tmp_path / "loop.tasks", tmp_path / "loop.tasks")
     (tmp_path / "other").write_bytes(line_of("work", "b", 2))
     begun = time.monotonic()
     found = record(tmp_path, shared=True)

@@ -17,7 +17,8 @@ import pytest
 import springpot as sp
 from springpot.machine import files, trusted
 from springpot.memory import ExponentialSum, exponential_sum, power_law_sum, store
-from tests.strangers import STRANGER, needs_another_user, needs_owners
+from tests.posix import link, make_pipe
+from tests.strangers import STRANGER, needs_another_user, needs_limits, needs_owners
 
 sums = importlib.import_module("springpot.memory.exponential_sum")
 
@@ -239,12 +240,12 @@ def test_no_proper_file_costs_neither_time_nor_memory(fresh_folder: Path, place:
     (file,) = fresh_folder.iterdir()
     file.unlink()
     if place == "pipe":
-        os.mkfifo(file)
+        make_pipe(file)
     elif place == "huge":
         with file.open("wb") as stream:
             stream.truncate(1 << 40)
     else:
-        file.symlink_to("/dev/zero")
+        link(file, "/dev/zero")
     forget()
     begun = time.monotonic()
     assert same(first, ask())
@@ -277,7 +278,7 @@ def test_no_folder_can_be_made(tmp_path: Path, fresh_folder: Path, monkeypatch: 
     assert not fresh_folder.exists()
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="everything is writable for root")
+@needs_limits
 def test_a_folder_that_is_read_only(fresh_folder: Path) -> None:
     fresh_folder.mkdir(parents=True)
     fresh_folder.chmod(0o500)

@@ -104,10 +104,10 @@ def test_points_are_kept_when_interrupted_and_the_old_file_too(tmp_path, small_f
             raise KeyboardInterrupt
 
     table, record = tmp_path / "fig2.csv", tmp_path / "fig2.csv.record"
-    table.write_text("old")
+    table.write_text("old", encoding="utf-8")
     with pytest.raises(KeyboardInterrupt):
         figures.fig2(tmp_path, **SMALL, progress=stop)
-    assert table.read_text() == "old"
+    assert table.read_text(encoding="utf-8") == "old"
     assert lines_in(record) == 2
     made = []
     monkeypatch.setattr(montecarlo, "_point", lambda *task: made.append(task) or POINT(*task))
@@ -249,7 +249,7 @@ def test_unknown_part(tmp_path):
 
 
 def test_folder_that_cannot_be_written(tmp_path):
-    (tmp_path / "file").write_text("")
+    (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(NotADirectoryError, match=r"file' is not a folder\.$"):
         reproduce("fig1", tmp_path / "file")
     with pytest.raises(OSError, match="cannot be written"):

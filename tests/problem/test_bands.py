@@ -122,7 +122,7 @@ def test_lines_are_thinned_within_the_tolerance(step: float, freedom: int, notch
 def written(folder: Path, f: Any, density: Any) -> Path:
     place = folder / "control.csv"
     rows = "".join(f"{a:g},{b:.6e}\n" for a, b in zip(f, density, strict=True))
-    place.write_text(f"frequency_Hz,psd_g2/Hz\n{rows}")
+    place.write_text(f"frequency_Hz,psd_g2/Hz\n{rows}", encoding="utf-8")
     return place
 
 

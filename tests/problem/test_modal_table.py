@@ -18,7 +18,7 @@ RIGHT = sp.System.from_modes(
 
 
 def read(content: str, place: Path, **given: Any) -> sp.System:
-    place.write_text(content)
+    place.write_text(content, encoding="utf-8")
     return sp.read_modes(place, **given)
 
 

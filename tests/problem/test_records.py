@@ -16,7 +16,7 @@ COLUMNS = "time_s,acceleration_g\n0,0\n0.01,0.1\n0.02,-0.05\n"
 
 def put(folder: Path, text: str, name: str = "ground.csv") -> Path:
     place = folder / name
-    place.write_text(text)
+    place.write_text(text, encoding="utf-8")
     return place
 
 

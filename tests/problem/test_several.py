@@ -85,8 +85,8 @@ def test_names_are_written_where_they_are_given() -> None:
 
 def test_a_file_gives_the_same_system_back(tmp_path) -> None:
     place = tmp_path / "pair.toml"
-    place.write_text(sp.to_toml(EVERYTHING))
-    assert 'stiffness = 2.0\nbetween = ["a", "b"]' in place.read_text()
+    place.write_text(sp.to_toml(EVERYTHING), encoding="utf-8")
+    assert 'stiffness = 2.0\nbetween = ["a", "b"]' in place.read_text(encoding="utf-8")
     assert read_system(place) == EVERYTHING
     assert read_system(json.loads(json.dumps(EVERYTHING.to_dict()))) == with_values(EVERYTHING, {"r": 0.7})
     density = {"kind": "white_noise", "psd": 0.01, "psd_unit": "N2/Hz", "on": "b"}
@@ -373,7 +373,7 @@ def test_the_linear_theory_is_recommended_and_nothing_where_there_is_no_answer()
 
 def test_the_command_prints_the_results_of_each_mass(tmp_path, capsys) -> None:
     place = tmp_path / "pair.toml"
-    place.write_text(sp.to_toml(FREE))
+    place.write_text(sp.to_toml(FREE), encoding="utf-8")
     assert cli.main(["theory", str(place)]) == 0
     printed = capsys.readouterr().out
     assert "b_x_mean_square" in printed

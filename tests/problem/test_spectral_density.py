@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import signal
 
 from springpot import Barrier, Dimensionless, Oscillator, Springpot, WhiteNoise, cli, theory
 from springpot.problem.spectral_density import STANDARD_GRAVITY, intensity_from_psd, psd_from_intensity
@@ -31,13 +31,13 @@ def record(one_sided: float, seed: int = 7) -> Any:
 def response(per_mass: Any, mass: float, stiffness: float, springpot: tuple[float, float]) -> Any:
     """Displacement of the device with a dashpot and no stop, by scipy's exact filter of a sampled-and-held input."""
     system = ([1.0 / mass], [1.0, springpot[1] / mass, stiffness / mass])
-    top, bottom, _ = signal.cont2discrete(system, 1.0 / RATE, method="zoh")
-    return signal.lfilter(top.ravel(), bottom, mass * per_mass)
+    top, bottom, _ = scipy.signal.cont2discrete(system, 1.0 / RATE, method="zoh")
+    return scipy.signal.lfilter(top.ravel(), bottom, mass * per_mass)
 
 
 def welch(samples: Any) -> tuple[float, float]:
     """Mean one-sided density of a flat record as Welch estimates it, and a bound on its standard error."""
-    _, density = signal.welch(samples, fs=RATE, nperseg=4096)
+    _, density = scipy.signal.welch(samples, fs=RATE, nperseg=4096)
     return float(np.mean(density[2:-2])), float(np.mean(density) * math.sqrt(2.0 / SAMPLES))
 
 

@@ -149,7 +149,7 @@ def test_fits_of_records_do_not_cover_it() -> None:
 )
 def test_a_table_in_a_file(tmp_path: Path, text: str, unit: Any) -> None:
     place = tmp_path / "profile.csv"
-    place.write_text(text)
+    place.write_text(text, encoding="utf-8")
     found, given = sp.SpectralExcitation.from_file(place), sp.SpectralExcitation.from_psd((10, 40), (0.01, 0.04), unit)
     assert found.frequency == pytest.approx(given.frequency)
     assert found.psd == pytest.approx(given.psd, rel=1e-15)
@@ -178,7 +178,7 @@ def test_a_table_in_a_file(tmp_path: Path, text: str, unit: Any) -> None:
 )
 def test_a_wrong_file(tmp_path: Path, text: str, sentence: str) -> None:
     place = tmp_path / "profile.csv"
-    place.write_text(text)
+    place.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=r"profile\.csv") as caught:
         sp.SpectralExcitation.from_file(place)
     assert sentence in str(caught.value)

@@ -245,21 +245,23 @@ MODULATED = sp.System(
 
 def test_a_file_gives_the_same_system_back(tmp_path) -> None:
     place = tmp_path / "device.toml"
-    place.write_text(sp.to_toml(EVERYTHING))
+    place.write_text(sp.to_toml(EVERYTHING), encoding="utf-8")
     assert sp.read_system(place) == EVERYTHING
     yielding = sp.System(sp.Spring(1.0), sp.Barrier(-1.0, sp.PowerRestitution(sp.free("r", 0.7, (0.1, 0.9)), 0.1)))
-    place.write_text(sp.to_toml(yielding))
-    assert 'restitution = { law = "power", restitution = { free = "r"' in place.read_text()
+    place.write_text(sp.to_toml(yielding), encoding="utf-8")
+    assert 'restitution = { law = "power", restitution = { free = "r"' in place.read_text(encoding="utf-8")
     assert sp.read_system(place) == yielding
     assert sp.read_system({"parts": yielding.to_dict()["parts"]}) == yielding
     thermal = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.ThermalNoise(1.0 / 3.0))
-    place.write_text(sp.to_toml(thermal))
+    place.write_text(sp.to_toml(thermal), encoding="utf-8")
     assert sp.read_system(str(place)) == thermal
-    place.write_text(sp.to_toml(MODAL))
-    assert 'of = ["first", "second"]\nshares = [1.0, -1.0]' in place.read_text()
+    place.write_text(sp.to_toml(MODAL), encoding="utf-8")
+    assert 'of = ["first", "second"]\nshares = [1.0, -1.0]' in place.read_text(encoding="utf-8")
     assert sp.read_system(place) == MODAL
-    place.write_text(sp.to_toml(MODULATED))
-    assert 'envelope = { form = "jennings_housner", rise = 1.0, fall = 3.0, decay = 0.5 }' in place.read_text()
+    place.write_text(sp.to_toml(MODULATED), encoding="utf-8")
+    assert 'envelope = { form = "jennings_housner", rise = 1.0, fall = 3.0, decay = 0.5 }' in place.read_text(
+        encoding="utf-8"
+    )
     assert sp.read_system(place) == MODULATED == sp.read_system({"parts": MODULATED.to_dict()["parts"]})
     kinds = {type(part) for part in (*EVERYTHING.parts, *thermal.parts, *MODAL.parts, *MODULATED.parts)}
     assert kinds == {*KINDS.values()} - {sp.Force}  # no kind is forgotten here
@@ -275,7 +277,7 @@ def test_a_function_has_no_place_in_a_file() -> None:
 
 def test_the_schema_is_that_of_the_docs_and_knows_every_kind() -> None:
     place = Path(__file__).parents[2] / "docs" / "system.schema.json"
-    assert json.loads(place.read_text()) == schema()
+    assert json.loads(place.read_text(encoding="utf-8")) == schema()
     kinds = [table["properties"]["kind"]["const"] for table in schema()["properties"]["parts"]["items"]["oneOf"]]
     assert sorted({*kinds}) == sorted({*KINDS} - {"force"})
 
@@ -344,7 +346,7 @@ def test_a_bad_file_says_where(content, sentence: str) -> None:
 def test_a_file_that_is_none(tmp_path) -> None:
     with pytest.raises(FileNotFoundError, match="There is no file"):
         sp.read_system(tmp_path / "nothing.toml")
-    (tmp_path / "bad.toml").write_text("[[parts]\n")
+    (tmp_path / "bad.toml").write_text("[[parts]\n", encoding="utf-8")
     with pytest.raises(ValueError, match="is not TOML"):
         sp.read_system(tmp_path / "bad.toml")
     with pytest.raises(TypeError, match="system must be a System"):

@@ -170,10 +170,11 @@ def test_a_table_beside_a_system_file(
 ) -> None:
     """The command ends with 2 and one sentence that names the file."""
     (tmp_path / "box.toml").write_text(
-        '[[parts]]\nkind = "spring"\nstiffness = 1.0\n[[parts]]\nkind = "spectral_excitation"\npath = "profile.csv"\n'
+        '[[parts]]\nkind = "spring"\nstiffness = 1.0\n[[parts]]\nkind = "spectral_excitation"\npath = "profile.csv"\n',
+        encoding="utf-8",
     )
     if text is not None:
-        (tmp_path / "profile.csv").write_text(text)
+        (tmp_path / "profile.csv").write_text(text, encoding="utf-8")
     assert cli.main(["explain", str(tmp_path / "box.toml")]) == 2
     said = capsys.readouterr().err
     assert "profile.csv" in said
@@ -182,10 +183,11 @@ def test_a_table_beside_a_system_file(
 
 
 def test_a_table_beside_a_system_file_is_the_table(tmp_path: Path) -> None:
-    (tmp_path / "profile.csv").write_text("frequency_Hz,psd_g2/Hz\n10,0.02\n2000,0.02\n")
+    (tmp_path / "profile.csv").write_text("frequency_Hz,psd_g2/Hz\n10,0.02\n2000,0.02\n", encoding="utf-8")
     (tmp_path / "box.toml").write_text(
         '[[parts]]\nkind = "spring"\nstiffness = 1.0\n[[parts]]\nkind = "spectral_excitation"\npath = "profile.csv"\n'
-        "scale = 0.5\n"
+        "scale = 0.5\n",
+        encoding="utf-8",
     )
     found = sp.read_system(tmp_path / "box.toml").parts[1]
     assert found == SPECTRAL.from_psd((10, 2000), 0.02, "g2/Hz", scale=0.5)
@@ -202,7 +204,7 @@ def test_studies_take_the_level_and_the_overall_rms(tmp_path: Path) -> None:
 
 def test_the_command_prints_results_in_bins_of_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     place = tmp_path / "box.toml"
-    place.write_text(sp.to_toml(sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))))
+    place.write_text(sp.to_toml(sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))), encoding="utf-8")
     words = ["simulate", str(place), "--paths", "8", "--duration", "4", "--step", "0.1", "--start", "rest", "--profile"]
     assert cli.main([*words, "0", "2", "4", "--json"]) == 0
     assert "x_mean_square_profile" in json.dumps(json.loads(capsys.readouterr().out))

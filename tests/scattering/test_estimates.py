@@ -7,9 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 from scipy.special import ndtri
-from scipy.stats import qmc
 
 from springpot.machine.arrays import Floats
 from springpot.problem.free_numbers import uncertain_numbers
@@ -45,7 +44,9 @@ def made(trial: int, *, devices: int, paths: int, spread: float, of: Exact = OSC
     exact = of.result(dict(zip(numbers, draws.values.T, strict=True)))[:, None]
     shape = (1.0 + (of.mean / of.deviation) ** 2) / spread
     values = exact * np.random.default_rng(trial).gamma(shape, 1.0 / shape, (devices, paths))
-    new = qmc.Sobol(len(numbers) + 1, scramble=True, rng=np.random.default_rng(7)).random(4096) + LEAST_CHANCE
+    new = (
+        scipy.stats.qmc.Sobol(len(numbers) + 1, scramble=True, rng=np.random.default_rng(7)).random(4096) + LEAST_CHANCE
+    )
     return Means(
         scored(draws.chances, normal), normal, values, scored(new[:, : len(normal)], normal), ndtri(new[:, -1])
     )  # fmt: skip
@@ -145,9 +146,9 @@ def test_numbers_that_vary_together() -> None:
     together = correlated({("k", "c"): 0.8, ("f", "m"): -0.3}, NUMBERS)
     draws = drawn(NUMBERS, 4096, 1, together)
     k, c, f, m, q = (draws.values[:, [*NUMBERS].index(name)] for name in "kcfmq")
-    assert stats.spearmanr(k, c)[0] == pytest.approx(6.0 / math.pi * math.asin(0.4), abs=0.02)
-    assert stats.spearmanr(f, m)[0] == pytest.approx(-6.0 / math.pi * math.asin(0.15), abs=0.02)
-    assert abs(stats.spearmanr(k, q)[0]) < 0.05
+    assert scipy.stats.spearmanr(k, c)[0] == pytest.approx(6.0 / math.pi * math.asin(0.4), abs=0.02)
+    assert scipy.stats.spearmanr(f, m)[0] == pytest.approx(-6.0 / math.pi * math.asin(0.15), abs=0.02)
+    assert abs(scipy.stats.spearmanr(k, q)[0]) < 0.05
     assert c.mean() == pytest.approx(0.1, rel=2e-3)
     names = [*NUMBERS]
     assert [[names[n] for n in group] for group in together.groups] == [["m", "f"], ["k", "c"], ["q"]]

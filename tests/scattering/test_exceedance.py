@@ -100,7 +100,7 @@ def averaged(system_at: Any, name: str, level_at: Any, count: int, **given: Any)
 
 @pytest.mark.parametrize(
     ("name", "level"),
-    [("x", 3.2), validation("impact_speed", 3.4), validation("speed", 3.2), validation("energy", 5.0)],
+    [validation("x", 3.2), validation("impact_speed", 3.4), validation("speed", 3.2), validation("energy", 5.0)],
 )
 def test_one_number_scatters(name: str, level: float) -> None:
     """Behind a lossy wall, with memory: the mean over devices of the probabilities of each."""
@@ -221,6 +221,7 @@ def test_the_surface_of_a_probability() -> None:
     assert np.abs(found - exact).max() < 0.15
 
 
+@pytest.mark.validation  # every day: a level that moves with the walls, below
 def test_devices_whose_walls_are_nearer_than_the_level() -> None:
     """They never exceed it; the others do as plain paths of each say."""
     given: dict[str, Any] = {"duration": 20.0, "step": 0.1, "start": "rest"}
@@ -262,6 +263,7 @@ def test_what_all_devices_exceed() -> None:
     assert 0.0 < found.error[0] < 1e-3
 
 
+@pytest.mark.validation  # every day: rounds in which no path exceeds a level, below
 def test_what_no_device_exceeds_ends_early() -> None:
     """And repetitions without any path there count with their zeros."""
     with pytest.warns(sp.SpringpotWarning, match="no path exceeded 15"):

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 
 import springpot as sp
 from springpot import cli
@@ -88,7 +88,7 @@ def test_two_masses_and_a_table_of_values() -> None:
     pair = sp.System(
         sp.Mass(1.0, at="a"), sp.Mass(2.0, at="b"), sp.Spring(stiffness, between=("ground", "a")),
         sp.Spring(0.8 * stiffness, between=("a", "b")), sp.Dashpot(1.0, between=("ground", "a")),
-        sp.WhiteNoise(sp.uncertain("q", law=stats.gamma(20.0, scale=5e-4)), on="b"),
+        sp.WhiteNoise(sp.uncertain("q", law=scipy.stats.gamma(20.0, scale=5e-4)), on="b"),
         gap=sp.Barrier(-0.02, 0.7, between=("a", "b")),
     )  # fmt: skip
     found = sp.scatter(pair, devices=64, paths=8, duration=20.0)
@@ -162,7 +162,7 @@ def test_uncertain_numbers_are_kept_and_copied() -> None:
     assert (float(halved), halved.low) == (-1600.0, -0.5 * k.high)
     assert nominal(mount()).of(sp.Spring) == (sp.Spring(3200.0),)
     spread = math.sqrt(math.log1p(0.0025))
-    lognormal = stats.lognorm(spread, scale=3200.0 * math.exp(-0.5 * spread**2))
+    lognormal = scipy.stats.lognorm(spread, scale=3200.0 * math.exp(-0.5 * spread**2))
     assert lognormal.mean() == pytest.approx(3200.0)
     assert float(k.law.ppf(0.95)) == pytest.approx(lognormal.ppf(0.95), rel=1e-12)
 
@@ -220,7 +220,7 @@ def test_bounds_leave_out_what_is_beyond() -> None:
     assert isinstance(gap.law, Bounded)
     assert gap.law.cut == pytest.approx(0.0389, abs=1e-4)
     assert (gap.low, gap.high) == (pytest.approx(-1.96), pytest.approx(2.2))
-    assert float(gap.law.ppf(0.5)) == pytest.approx(stats.truncnorm(-1.96, 2.2).ppf(0.5), rel=1e-9)
+    assert float(gap.law.ppf(0.5)) == pytest.approx(scipy.stats.truncnorm(-1.96, 2.2).ppf(0.5), rel=1e-9)
 
 
 def test_a_file_holds_them_and_the_command_prints_the_report(
@@ -242,7 +242,9 @@ def test_a_file_holds_them_and_the_command_prints_the_report(
     found = json.loads(capsys.readouterr().out)
     assert 0.0 < found["impact_rate"]["above"]["2.0"]["value"] < 1.0
     assert found["x_mean_square"]["index"]["gap"]["low"] < found["x_mean_square"]["index"]["gap"]["high"]
-    file.write_text(file.read_text().replace("cov", "variation").replace("sd =", "variation ="))
+    file.write_text(
+        file.read_text(encoding="utf-8").replace("cov", "variation").replace("sd =", "variation ="), encoding="utf-8"
+    )
     assert cli.main(words) == 2
     assert "'variation' is not a key of parts[1] (spring).stiffness" in capsys.readouterr().err
 
@@ -263,7 +265,7 @@ WRONG: list[Any] = [
     (lambda: sp.Springpot(sp.uncertain("order", 0.9, sd=0.05), 1.0), ValueError, "number order: give bounds="),
     (lambda: sp.scatter(sp.System(*FEW, sp.Spring(1.0))), ValueError, "system must have uncertain numbers"),
     (lambda: sp.scatter(sp.System(*FEW, *TWO)), ValueError, "k must have the same value and law"),
-    (lambda: sp.uncertain("k", law=stats.norm), TypeError, "law must have its numbers"),
+    (lambda: sp.uncertain("k", law=scipy.stats.norm), TypeError, "law must have its numbers"),
     (lambda: sp.scatter(sp.System(*FEW, *BOTH)), ValueError, "c must be free or uncertain wherever it stands"),
     (lambda: sp.scatter(mount(), []), TypeError, "quantities must be a list of names"),
     (lambda: sp.scatter(mount(), devices=65536, paths=4096), ValueError, "devices and paths must be fewer"),

@@ -7,7 +7,8 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 import pytest
-from scipy import integrate, linalg, stats
+import scipy
+from scipy import integrate, linalg
 
 import springpot as sp
 from springpot.simulation import simulate
@@ -49,8 +50,8 @@ def test_order_1_elastic_wall_is_exact_at_any_step(position: float, step: float)
 def test_order_1_displacement_is_half_normal_and_impact_speed_rayleigh() -> None:
     found = simulate(oscillator(1.0), paths=40_000, duration=20.0, step=0.1, record=40_000, start="rest")
     x, v = found.record[:, -1].T
-    assert stats.kstest(x, stats.halfnorm(scale=math.sqrt(0.5)).cdf).pvalue > 1e-3
-    assert stats.kstest(v, stats.norm(scale=math.sqrt(0.5)).cdf).pvalue > 1e-3
+    assert scipy.stats.kstest(x, scipy.stats.halfnorm(scale=math.sqrt(0.5)).cdf).pvalue > 1e-3
+    assert scipy.stats.kstest(v, scipy.stats.norm(scale=math.sqrt(0.5)).cdf).pvalue > 1e-3
     assert abs(np.corrcoef(x, v)[0, 1]) < 4 / math.sqrt(x.size)
 
 
@@ -257,7 +258,7 @@ def test_return_speed_after_an_impact_is_mckeans() -> None:
     share = cumulative[-1]
     assert abs(returned.mean() - share) < 4 * math.sqrt(share * (1 - share) / 4096)
     law = lambda u: np.interp(u, speeds, cumulative / share)  # noqa: E731
-    assert stats.kstest(measured, law).pvalue > 1e-3
+    assert scipy.stats.kstest(measured, law).pvalue > 1e-3
 
 
 @cache

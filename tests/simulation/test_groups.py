@@ -62,7 +62,7 @@ def test_designs_the_page_and_files_have_it(tmp_path: Path) -> None:
 
 
 def _written(folder: Path, system: sp.System) -> Path:
-    (folder / "box.toml").write_text(sp.to_toml(system))
+    (folder / "box.toml").write_text(sp.to_toml(system), encoding="utf-8")
     return folder / "box.toml"
 
 
@@ -127,7 +127,8 @@ def test_rare_forces_of_a_group_and_studies_of_them(tmp_path: Path) -> None:
     _written(tmp_path, BOX)
     (tmp_path / "study.toml").write_text(
         'name = "mounts"\nsystem = "box.toml"\nmethods = ["linear", "monte_carlo"]\n[axes]\n'
-        '"parts.springpot.order" = [0.3, 0.5]\n[monte_carlo]\npaths = 512\nstep = 0.05\nforces = ["mount_force"]\n'
+        '"parts.springpot.order" = [0.3, 0.5]\n[monte_carlo]\npaths = 512\nstep = 0.05\nforces = ["mount_force"]\n',
+        encoding="utf-8",
     )
     tree = sp.study(tmp_path / "study.toml")
     assert "mount_force_mean_square" in tree["simulation"].to_dataset()

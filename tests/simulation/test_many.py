@@ -15,6 +15,7 @@ from springpot.simulation.monte_carlo import asked_for, simulated
 from springpot.simulation.paths.simulation import Simulation, simulation_of
 from springpot.simulation.paths.together import _calls, advance_devices, advance_together, alike
 from springpot.simulation.plan.plan import plan_of
+from tests.sizes import validation
 
 
 def device(mass: float = 0.2, *parts: Any, order: float = 0.5, gap: float = 0.003, restitution: Any = 0.8) -> sp.System:
@@ -56,7 +57,7 @@ def assert_same(found: Any, alone: Any) -> None:
     assert found.diagnostics == without
 
 
-@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("threads", [validation(1), 2])
 def test_each_run_has_the_bits_that_it_has_alone(threads: int) -> None:
     """Seven systems of several structures, with stationary starts and so with pilot runs."""
     for found, system in zip(many(SYSTEMS, **SHORT, threads=threads), SYSTEMS, strict=True):

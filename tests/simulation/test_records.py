@@ -101,7 +101,7 @@ def test_one_mass_takes_the_same_records() -> None:
 
 
 def test_a_record_in_bins_from_the_command(tmp_path, capsys) -> None:
-    (tmp_path / "device.toml").write_text(sp.to_toml(shaken(*VALUES)))
+    (tmp_path / "device.toml").write_text(sp.to_toml(shaken(*VALUES)), encoding="utf-8")
     for bins in (["3"], ["0", "2", "4", "6"]):
         assert cli.main(["simulate", str(tmp_path / "device.toml"), "--step", "0.02", "--profile", *bins]) == 0
         out = capsys.readouterr().out
@@ -112,17 +112,20 @@ def test_a_record_in_bins_from_the_command(tmp_path, capsys) -> None:
 
 def test_a_record_and_an_envelope_in_a_study(tmp_path) -> None:
     (tmp_path / "ground.csv").write_text(
-        "\n".join(["time_s,acceleration_m/s2", *(f"{t},{a}" for t, a in zip(TIME, VALUES[1], strict=True))])
+        "\n".join(["time_s,acceleration_m/s2", *(f"{t},{a}" for t, a in zip(TIME, VALUES[1], strict=True))]),
+        encoding="utf-8",
     )
     (tmp_path / "device.toml").write_text(
         sp.to_toml(of_pair()) + '[[parts]]\nkind = "recorded_excitation"\npath = "ground.csv"\n'
         '[[parts]]\nkind = "white_noise"\non = "b"\nintensity = 1.0\nenvelope = { form = "jennings_housner", '
-        "rise = 1.0, fall = 3.0, decay = 1.0 }\n"
+        "rise = 1.0, fall = 3.0, decay = 1.0 }\n",
+        encoding="utf-8",
     )
     (tmp_path / "study.toml").write_text(
         'name = "scales"\nsystem = "device.toml"\nmethods = ["monte_carlo"]\n[zipped.size]\n'
         '"parts.recorded_excitation.scale" = [1.0, 2.0]\n"parts.white_noise.envelope.fall" = [2.0, 3.0]\n'
-        "[monte_carlo]\npaths = 64\nstep = 0.05\nduration = 6.0\n"
+        "[monte_carlo]\npaths = 64\nstep = 0.05\nduration = 6.0\n",
+        encoding="utf-8",
     )
     found = sp.study(tmp_path / "study.toml")["simulation"].to_dataset()
     a, b = (found[f"{point}_x_mean_square"].values for point in "ab")
@@ -199,7 +202,7 @@ def test_a_coarse_record_loses_nothing_between_its_points(tmp_path) -> None:
     natural = 2.0 * np.pi * 70.0
     place = tmp_path / "ground.csv"
     rows = (f"{n / 610.0:.9g},{a:.7g}" for n, a in enumerate(values.tolist()))
-    place.write_text("\n".join(["time_s,acceleration_m/s2", *rows]))
+    place.write_text("\n".join(["time_s,acceleration_m/s2", *rows]), encoding="utf-8")
     found = {}
     for interpolation in (None, "linear"):
         record = sp.RecordedExcitation.from_file(place, interpolation=interpolation)

@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import re
 import signal
 import subprocess
@@ -24,6 +23,7 @@ from springpot.simulation.kernel.tables import MODE_TABLE
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.plan.struck import missed_impacts
+from tests.posix import needs_signals
 from tests.reference import walk, walk_as_printed
 from tests.signals import in_a_terminal
 from tests.sizes import validation
@@ -419,6 +419,7 @@ def test_a_coarse_step_and_an_early_window_are_warned_about() -> None:
     assert not simulate(oscillator(0.9), paths=64, start="rest").warnings
 
 
+@needs_signals
 @pytest.mark.validation  # every day: that of the command, in tests/cli/test_cli.py
 def test_an_interrupt_stops_a_long_run_at_once() -> None:
     code = (
@@ -433,7 +434,7 @@ def test_an_interrupt_stops_a_long_run_at_once() -> None:
     with process:
         assert process.stdout is not None
         assert process.stdout.readline() == "go\n"  # it is in the middle of its work
-        os.kill(process.pid, signal.SIGINT)
+        process.send_signal(signal.SIGINT)
         begun = time.perf_counter()
         try:
             _, said = process.communicate(timeout=30)

@@ -91,7 +91,9 @@ def _value(value: Any) -> str:
 
 def content(store: Path) -> dict[str, Any]:
     """Every file of a store by its name; all records together by their lines, whoever has written them and when."""
-    files = {str(file.relative_to(store)): file.read_bytes() for file in sorted(store.rglob("*")) if file.is_file()}
+    files = {
+        file.relative_to(store).as_posix(): file.read_bytes() for file in sorted(store.rglob("*")) if file.is_file()
+    }
     return {name: body for name, body in files.items() if not name.endswith(ENDING)} | {"lines": set(lines(store))}
 
 

@@ -56,8 +56,8 @@ def test_a_file_grows_in_its_store(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "32" in capsys.readouterr().out
     new = tmp_path / "new.toml"
     assert cli.main(["study", "new", str(new), "--system", str(tmp_path / "device.toml")]) == 0
-    assert "\ndraws = 64 " in new.read_text()
-    assert "uncertain(" not in new.read_text()
+    assert "\ndraws = 64 " in new.read_text(encoding="utf-8")
+    assert "uncertain(" not in new.read_text(encoding="utf-8")
     assert cli.main(["study", "check", str(new)]) == 0
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 import sys
@@ -19,6 +18,7 @@ from springpot.studies.export import export
 from springpot.studies.labelled import status
 from springpot.studies.running import run_study
 from springpot.studies.store import open_store
+from tests.posix import link, make_pipe, needs_signals
 from tests.sizes import validation
 from tests.studies.samples import RUNS, content, given, orphans, replaced
 
@@ -152,7 +152,7 @@ def _flip(file: Path) -> None:
 
 def _folder_to_file(place: Path) -> None:
     shutil.rmtree(place)
-    place.symlink_to(place)
+    link(place, place)
 
 
 @pytest.mark.parametrize(
@@ -162,8 +162,8 @@ def _folder_to_file(place: Path) -> None:
         validation(lambda path: _flip(path / "labelled/theory/said/zarr.json")),
         validation(lambda path: _flip(path / "labelled/zarr.json")),
         lambda path: (path / "labelled/theory/x_mean/c/0/0/0/0").unlink(),
-        validation(lambda path: (path / "labelled/zarr.json").write_text("[" * 100_000)),
-        lambda path: os.mkfifo(path / "labelled/theory/pipe"),
+        validation(lambda path: (path / "labelled/zarr.json").write_text("[" * 100_000, encoding="utf-8")),
+        lambda path: make_pipe(path / "labelled/theory/pipe"),
         validation(lambda path: _folder_to_file(path / "labelled")),
         validation(lambda path: shutil.rmtree(path / "labelled")),
         lambda path: (path / "labelled/zarr.json").write_bytes(
@@ -180,6 +180,7 @@ def test_damage_is_found_and_mended(damage: Any, copy: Path, whole: Path) -> Non
     assert content(copy) == content(whole)
 
 
+@needs_signals
 @pytest.mark.validation  # every day: failed tasks, and the kills of test_running.py
 def test_a_kill_while_it_is_written_leaves_none(copy: Path, whole: Path) -> None:
     shutil.rmtree(copy / "labelled")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import json
 import math
-import os
 import sys
 import time
 import tomllib
@@ -26,6 +25,7 @@ from springpot.studies.tables import PARAMETERS
 from springpot.studies.tasks import check_some, task_at, tasks
 from springpot.studies.template import OF_OSCILLATORS, TEMPLATE
 from springpot.theory.result import MOMENTS
+from tests.posix import link, make_pipe
 from tests.studies.samples import DEVICE, RUNS, THEORY, given, write_toml
 
 SCHEMA = Path(__file__).resolve().parents[2] / "docs" / "study.schema.json"
@@ -242,9 +242,9 @@ def test_brackets_within_texts_and_comments_are_no_nesting(text: str, tmp_path: 
     ("make", "says"),
     [
         (lambda place: place.mkdir(), "it is a folder, not a file"),
-        (lambda place: os.mkfifo(place), "it is not a file, but a pipe or a device"),
-        (lambda place: place.symlink_to("/dev/zero"), "it is not a file, but a pipe or a device"),
-        (lambda place: place.symlink_to(place), "it is a link that leads back to itself"),
+        (lambda place: make_pipe(place), "it is not a file, but a pipe or a device"),
+        (lambda place: link(place, "/dev/zero"), "it is not a file, but a pipe or a device"),
+        (lambda place: link(place, place), "it is a link that leads back to itself"),
     ],
 )
 def test_what_is_no_file_is_not_read(make: Callable[[Path], None], says: str, tmp_path: Path) -> None:

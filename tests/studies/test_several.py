@@ -64,16 +64,18 @@ def test_walls_have_their_dimension_and_quantities_a_default() -> None:
 
 def test_the_new_file_of_a_system_can_be_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert of_system(tuned(), "t.toml")["methods"] == '"linear", "linearization", "monte_carlo"'
-    (tmp_path / "pair.toml").write_text(sp.to_toml(buildings(SHAKEN)))
+    (tmp_path / "pair.toml").write_text(sp.to_toml(buildings(SHAKEN)), encoding="utf-8")
     question = tmp_path / "study.toml"
     assert cli.main(["study", "new", str(question), "--system", str(tmp_path / "pair.toml")]) == 0
-    text = question.read_text()
+    text = question.read_text(encoding="utf-8")
     assert 'quantities = ["old_x_mean_square", "new_x_mean_square", "gap_impact_rate"]' in text
     few = "paths = 64\nduration = 10.0\ninitial_position = { old = 0.01 }\ninitial_velocity = { new = 0.1 }"
-    question.write_text(text.replace("paths = 1000", few))
+    question.write_text(text.replace("paths = 1000", few), encoding="utf-8")
     assert cli.main(["study", "run", str(question), "--store", str(tmp_path / "s.zarr")]) == 0
     assert cli.main(["study", "export", str(tmp_path / "s.zarr"), str(tmp_path / "s.csv")]) == 0
-    assert "new_x_mean_square" in (tmp_path / "s.csv").read_text().splitlines()[0]
-    question.write_text(question.read_text().replace("{ old = 0.01 }", "{ oldd = 0.01 }"))
+    assert "new_x_mean_square" in (tmp_path / "s.csv").read_text(encoding="utf-8").splitlines()[0]
+    question.write_text(
+        question.read_text(encoding="utf-8").replace("{ old = 0.01 }", "{ oldd = 0.01 }"), encoding="utf-8"
+    )
     assert cli.main(["study", "run", str(question), "--store", str(tmp_path / "t.zarr")]) == 2
     assert "initial_position has 'oldd', which is no mass; did you mean old?" in capsys.readouterr().err

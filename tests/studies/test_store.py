@@ -6,9 +6,7 @@ import hashlib
 import json
 import math
 import os
-import resource
 import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -27,6 +25,7 @@ from springpot.studies.running import run_study
 from springpot.studies.store import StoreError, open_store
 from springpot.studies.tasks import Answer, Task, compute, tasks
 from tests.kills import fill
+from tests.posix import link, make_pipe
 from tests.sizes import thinned, validation
 from tests.studies.samples import THEORY, content, given, lines, named, orphans, replaced
 
@@ -269,10 +268,10 @@ def test_a_version_that_is_none_is_damage_and_not_shown(version: object, copy: P
 
 
 def test_what_is_no_store_is_left_alone(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("mine")
+    (tmp_path / "file").write_text("mine", encoding="utf-8")
     (tmp_path / "folder").mkdir()
-    (tmp_path / "folder" / "letter").write_text("mine")
-    (tmp_path / "folder" / "description").write_text("mine")
+    (tmp_path / "folder" / "letter").write_text("mine", encoding="utf-8")
+    (tmp_path / "folder" / "description").write_text("mine", encoding="utf-8")
     zarr.create_group(tmp_path / "other.zarr", zarr_format=3)
     for name in ("file", "folder", "other.zarr"):
         before = content(tmp_path)
@@ -325,7 +324,7 @@ def test_orphans_of_the_dead_are_removed_and_those_of_the_living_left(copy: Path
     dead += [_orphan(copy, "description", "another.machine", DEAD, age=day)]
     living = [_orphan(copy, name, here, os.getpid()) for name in ("description", "labelled")]
     living += [_orphan(copy, "description", "other.machine", DEAD), copy / ".hidden"]
-    living[-1].write_text("somebody else's")
+    living[-1].write_text("somebody else's", encoding="utf-8")
     half_made = copy.parent / f".{copy.name}.{here}.{DEAD}.{DEAD}"
     shutil.copytree(copy, half_made)
     neighbour = copy.parent / f".{copy.name}x.{here}.{DEAD}.{DEAD}"
@@ -361,7 +360,7 @@ def test_a_writer_killed_in_the_middle_leaves_whole_files(times: int, copy: Path
             assert writer.stdout is not None
             assert writer.stdout.readline() == "ready\n"
             time.sleep(0.01 + 0.0137 * number)
-            writer.send_signal(signal.SIGKILL)
+            writer.kill()
         assert sum(status(open_store(copy)).done.values()) == 12
         assert len(orphans(copy)) <= number + 1  # the sum over the three was compared with 3 before
     assert run_study(STUDY, copy).computed == 0
@@ -430,6 +429,7 @@ except OSError as error:
 @pytest.mark.validation
 def test_a_limit_on_files_loses_nothing(copy: Path) -> None:
     """For machines on which nothing can be mounted: all lines are longer than the limit together, each is shorter."""
+    resource = pytest.importorskip("resource", reason="limits of a process are those of Unix")
     assert resource.getrlimit(resource.RLIMIT_FSIZE)[1] == resource.RLIM_INFINITY
     done = subprocess.run([sys.executable, "-c", LIMITED, str(copy)], capture_output=True, text=True, timeout=120)
     assert done.stdout.startswith(f"store {str(copy)!r} cannot be written (File too large): all results"), done
@@ -474,13 +474,13 @@ def _replace(place: Path, make: Callable[[Path], object]) -> None:
     make(place)
 
 
-@pytest.mark.parametrize("make", [validation(Path.mkdir), os.mkfifo, lambda place: place.symlink_to(place)])
+@pytest.mark.parametrize("make", [validation(Path.mkdir), make_pipe, lambda place: link(place, place)])
 def test_what_is_no_file_is_replaced(make: Callable[[Path], object], copy: Path, whole: Path) -> None:
     for place in (copy / "description", *copy.glob("*.tasks")):
         _replace(place, make)
         run_study(STUDY, copy, threads=1)
         assert content(copy) == content(whole)
     (copy / "description").unlink()
-    (copy / "description").write_text("[" * 100_000)
+    (copy / "description").write_text("[" * 100_000, encoding="utf-8")
     with pytest.raises(StoreError, match="is damaged: springpot study run FILE"):
         open_store(copy)

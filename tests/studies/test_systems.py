@@ -271,7 +271,7 @@ def test_other_sentences(tmp_path: Path) -> None:
         read_study({**theory, "axes": {"parts.lower.position": [0.1]}})
     with pytest.raises(ValueError, match=r"^the system is not right: parts\[0\] \(spring\) needs stiffness"):
         given(STOPS, system={"parts": [{"kind": "spring"}]})
-    (tmp_path / "device.toml").write_text("[[parts]]\nkind = 'sprig'\n")
+    (tmp_path / "device.toml").write_text("[[parts]]\nkind = 'sprig'\n", encoding="utf-8")
     file = write_toml(tmp_path / "study.toml", {**STOPS, "system": "device.toml"})
     with pytest.raises(ValueError, match=r"^system file '.*device\.toml' is not right: parts\[0\]\.kind must be"):
         read_study(file)

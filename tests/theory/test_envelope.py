@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from scipy import integrate, stats
+import scipy
+from scipy import integrate
 
 from springpot.evidence.reliability import warnings_of
 from springpot.machine.faults import NotCoveredError
@@ -81,7 +82,7 @@ def test_phase_is_the_inverse_of_the_height():
 def test_dashpot_with_an_elastic_wall_is_exact(b, c):
     result = envelope(make(1.0, c, b))
     spread = math.sqrt(0.5 / c)
-    hazard = stats.norm.pdf(b / spread) / stats.norm.sf(b / spread)
+    hazard = scipy.stats.norm.pdf(b / spread) / scipy.stats.norm.sf(b / spread)
     assert result.x_mean == pytest.approx(spread * hazard, rel=1e-4)
     assert result.x_mean_square == pytest.approx(spread**2 * (1.0 + b / spread * hazard), rel=1e-4)
     assert result.v_mean_square == pytest.approx(spread**2, rel=1e-4)
@@ -95,13 +96,13 @@ def test_densities_of_the_dashpot_are_exact(b):
     result = envelope(make(1.0, 0.5, b))
     x = np.linspace(b, b + 4.0, 81)
     v = np.linspace(-4.0, 4.0, 81)
-    exact_x = stats.norm.pdf(x) / stats.norm.sf(b)
+    exact_x = scipy.stats.norm.pdf(x) / scipy.stats.norm.sf(b)
     assert result.x_density(x) == pytest.approx(exact_x, abs=5e-4)
-    assert result.v_density(v) == pytest.approx(stats.norm.pdf(v), abs=5e-4)
+    assert result.v_density(v) == pytest.approx(scipy.stats.norm.pdf(v), abs=5e-4)
     joint = result.joint_density(x[:, None], v)
-    assert joint == pytest.approx(np.outer(exact_x, stats.norm.pdf(v)), abs=5e-4)
+    assert joint == pytest.approx(np.outer(exact_x, scipy.stats.norm.pdf(v)), abs=5e-4)
     u = np.linspace(0.05, 4.0, 80)
-    assert result.impact_speed_density(u) == pytest.approx(stats.rayleigh.pdf(u), abs=2e-3)
+    assert result.impact_speed_density(u) == pytest.approx(scipy.stats.rayleigh.pdf(u), abs=2e-3)
 
 
 @pytest.mark.parametrize(("c", "b"), [(0.05, 0.0), (0.2, -0.5), (0.2, 2.0), (1.0, -2.0), (3.0, 0.5)])

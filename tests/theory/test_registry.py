@@ -49,10 +49,10 @@ print(json.dumps({
 def test_a_made_up_method_takes_one_file_and_one_line(tmp_path: Path) -> None:
     """It is then in `springpot theory`, in the page's table and list, in a study and in pictures."""
     shutil.copytree(SOURCE, tmp_path / "springpot", ignore=shutil.ignore_patterns("*.nbc"))
-    (tmp_path / "springpot" / "theory" / "methods" / "made_up.py").write_text(MADE_UP)
+    (tmp_path / "springpot" / "theory" / "methods" / "made_up.py").write_text(MADE_UP, encoding="utf-8")
     listed = tmp_path / "springpot" / "theory" / "registry.py"
-    text = listed.read_text()
-    listed.write_text(text.replace(")  # fmt: skip\n\nMETHODS", f"{LINE})  # fmt: skip\n\nMETHODS"))
+    text = listed.read_text(encoding="utf-8")
+    listed.write_text(text.replace(")  # fmt: skip\n\nMETHODS", f"{LINE})  # fmt: skip\n\nMETHODS"), encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "-c", ASKED], env={**os.environ, "PYTHONPATH": str(tmp_path)}, capture_output=True, text=True,
         timeout=120, check=True, cwd=tmp_path,
@@ -77,14 +77,14 @@ def test_the_list_loads_nothing_heavy() -> None:
 def test_no_script_of_the_page_names_a_method() -> None:
     names = "|".join(registry.METHODS)
     for script in (SOURCE / "explorer" / "static" / "js").glob("*.js"):
-        assert not re.findall(rf'["\'](?:{names})["\']', script.read_text()), script.name
+        assert not re.findall(rf'["\'](?:{names})["\']', script.read_text(encoding="utf-8")), script.name
 
 
 def test_every_method_has_a_row_in_the_readme_and_its_color_in_both_looks() -> None:
     from springpot.figures import COLORS
 
-    readme = (ROOT / "README.md").read_text()
-    style = (SOURCE / "explorer" / "static" / "style.css").read_text()
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    style = (SOURCE / "explorer" / "static" / "style.css").read_text(encoding="utf-8")
     for method in registry.METHODS.values():
         assert f"`{method.function.rpartition('.')[2]}`" in readme
         assert method.color in COLORS

@@ -142,7 +142,7 @@ def read_map(path: Path = PAPER_MAP.file) -> dict[str, Floats]:
 
     A gap is infinite if the method has no result and NaN if Monte Carlo is too uncertain.
     """
-    with path.open(newline="") as file:
+    with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 

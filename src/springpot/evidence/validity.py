@@ -196,6 +196,6 @@ def make_map(
 def _read(path: Path, place: Sequence[str], simulated: Sequence[str]) -> dict[tuple[float, ...], dict[str, float]]:
     if not path.exists():
         return {}
-    with path.open(newline="") as file:
+    with path.open(encoding="utf-8", newline="") as file:
         rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
     return {tuple(row[name] for name in place): {name: row[name] for name in simulated} for row in rows}

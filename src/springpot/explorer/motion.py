@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import lfilter
 
 from springpot.explorer.ends import rows_of
 from springpot.machine.arrays import Floats
@@ -128,6 +127,8 @@ def voltages(system: System, step: float, x: Floats) -> Floats:
     >>> voltages(system, 0.1, np.array([[0.0, 1.0, 1.0]])).round(6)
     array([[0., 2., 2.]])
     """
+    from scipy.signal import lfilter  # slow to import
+
     circuits = system.of(Circuit)
     found = rows_of(system, Circuit) @ x
     for row, circuit in zip(found, circuits, strict=True):

@@ -33,6 +33,7 @@ from springpot.explorer.question import Opened
 from springpot.explorer.session import Session
 from springpot.explorer.views import opened_script
 from springpot.machine.interrupt import sigterm_as_ctrl_c
+from springpot.machine.platforms import claim_port
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -297,7 +298,7 @@ def listen_on(address: str, port: int) -> socket.socket:
         raise ValueError(f"port must be in [0, 65535], not {port}; 0 takes any free port.")
     listening = socket.socket(family, socket.SOCK_STREAM)
     try:
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        claim_port(listening)
         listening.bind((address, port))
         listening.listen(128)
     except OSError as error:

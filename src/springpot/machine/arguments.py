@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from springpot.machine.faults import few, meant, shown
+from springpot.machine.platforms import wrong_letters
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -533,6 +534,8 @@ def checked_path(value: Any, name: str) -> Path:
         raise ValueError(f"{name} must be the place of a file, and {place!r} is no text.") from None
     if (longest := max((len(part.encode("utf-8", "replace")) for part in Path(place).parts), default=0)) > MOST_BYTES:
         raise ValueError(f"{name} must be the place of a file: no name has {longest} bytes, but {MOST_BYTES} at most.")
+    if wrong := wrong_letters(Path(place)):
+        raise ValueError(f"{name} must be the place of a file: no name has {' or '.join(wrong)} in Windows.")
     return Path(place)
 
 

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from springpot.machine.faults import FileError
+from springpot.machine.platforms import AT_ONCE, alone, is_alive, patiently
 
 if TYPE_CHECKING:
     from xarray import DataTree
@@ -60,9 +61,9 @@ def _opened(path: str) -> Iterator[BinaryIO]:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise Damaged("it is not a file, but a pipe or a device")
             yield file
-    except IsADirectoryError:
-        raise Damaged("it is a folder, not a file") from None
     except OSError as error:
+        if os.path.isdir(path):
+            raise Damaged("it is a folder, not a file") from None
         if error.errno == errno.ELOOP:
             raise Damaged("it is a link that leads back to itself") from None
         if error.errno == errno.ENXIO:
@@ -134,13 +135,13 @@ def append_line(path: str | Path, line: bytes) -> int:
     OSError
         If it cannot be written: also where a folder, a pipe or a device is in its place, which is never waited for.
     """
-    with open(path, "ab+", buffering=0, opener=_without_waiting) as file:
+    with open(path, "ab+", buffering=0, opener=_without_waiting) as file, alone(file.fileno()):
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(errno.EINVAL, "it is not a file, but a pipe or a device", str(path))
+        end, begun = file.seek(0, os.SEEK_END), False
         if not line:
-            return file.tell()
-        begun = False
-        if file.tell():
+            return end
+        if end:
             file.seek(-1, os.SEEK_END)
             begun = file.read(1) != b"\n"
         left = memoryview(b"\n" * begun + line + b"\n")
@@ -165,7 +166,7 @@ def _sentences(path: str | Path, title: str) -> Iterator[None]:
 
 
 def _without_waiting(path: str, flags: int) -> int:
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0), 0o666)
+    return os.open(path, flags | AT_ONCE, 0o666)
 
 
 def make_room(path: str, *, folder: bool = False) -> None:
@@ -218,10 +219,12 @@ def write(path: str, content: bytes | memoryview, *, durable: bool = False, priv
                     file.flush()
                     os.fsync(file.fileno())
             try:
-                os.replace(partial, path)
-            except IsADirectoryError:
+                patiently(os.replace, partial, path)
+            except (IsADirectoryError, PermissionError):  # of a folder, in POSIX and in Windows
+                if not os.path.isdir(path):
+                    raise
                 make_room(path)
-                os.replace(partial, path)
+                patiently(os.replace, partial, path)
         except BaseException as error:
             with contextlib.suppress(OSError):
                 os.unlink(partial)
@@ -262,18 +265,9 @@ def _is_orphan(entry: os.DirEntry[str]) -> bool:
     rest, *numbers = entry.name.rsplit(".", 2)
     if len(numbers) < 2 or not all(number.isdigit() for number in numbers):
         return False  # not ours
-    if rest.endswith(f".{socket.gethostname()}") and not _is_alive(int(numbers[0])):
+    if rest.endswith(f".{socket.gethostname()}") and not is_alive(int(numbers[0])):
         return True
     try:
         return time.time() - entry.stat().st_mtime > KEPT_BY_OTHERS
     except FileNotFoundError:
         return False
-
-
-def _is_alive(process: int) -> bool:
-    with contextlib.suppress(PermissionError, OverflowError):
-        try:
-            os.kill(process, 0)
-        except ProcessLookupError:
-            return False
-    return True

@@ -15,6 +15,8 @@ import sys
 import threading
 import time
 
+from springpot.machine.platforms import WINDOWS, waking_pipe
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -61,11 +63,11 @@ class asked_to_stop:
 
     Examples
     --------
-    >>> import os, signal
+    >>> import signal
     >>> usual = signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background may ignore Ctrl-C
     >>> with asked_to_stop("stopping.") as asked:
     ...     before = asked()
-    ...     os.kill(os.getpid(), signal.SIGINT)
+    ...     signal.raise_signal(signal.SIGINT)
     ...     print(before, asked())
     False True
     >>> _ = signal.signal(signal.SIGINT, usual)
@@ -105,10 +107,10 @@ class sigterm_as_ctrl_c:
 
     Examples
     --------
-    >>> import os, signal
+    >>> import signal
     >>> try:
     ...     with sigterm_as_ctrl_c():
-    ...         os.kill(os.getpid(), signal.SIGTERM)
+    ...         signal.raise_signal(signal.SIGTERM)
     ... except KeyboardInterrupt as error:
     ...     print(type(error).__name__)
     Terminated
@@ -148,11 +150,10 @@ def attended(command: Callable[[], int]) -> int:
     """
     # in the background of a script Ctrl-C is ignored, and SIGTERM is not
     ours = signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_IGN)
-    if not ours or not hasattr(os, "fork") or threading.current_thread() is not threading.main_thread():
+    if not ours or WINDOWS or threading.current_thread() is not threading.main_thread():
         return command()  # in Windows a signal wakes sockets only
     with leave_at_once():
-        reading, writing = os.pipe()
-        os.set_blocking(writing, False)
+        reading, writing = waking_pipe()
         before = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
         waiting = threading.Thread(target=_wait_and_end, args=(reading,), daemon=True)
         waiting.start()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from pathlib import Path
 
 from springpot.machine.arguments import checked_path, switch
+from springpot.machine.platforms import WINDOWS
 
 
 def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
@@ -50,11 +52,13 @@ def shell_word(path: str | Path) -> str:
 
     Examples
     --------
-    >>> shell_word("device.toml"), shell_word("-my device.toml")
-    ('device.toml', "'./-my device.toml'")
+    >>> shell_word("device.toml"), shell_word("-device.toml")
+    ('device.toml', './-device.toml')
     """
     name = str(path)
     name = f"./{name}" if name.startswith("-") else name
+    if WINDOWS:  # where double quotes do in each shell, and no name has one
+        return name if re.fullmatch(r"[\w.:\\/-]+", name, re.ASCII) else f'"{name}"'
     if name.isprintable():
         return shlex.quote(name)
     escaped = (

@@ -7,6 +7,8 @@ import math
 import os
 from pathlib import Path
 
+from springpot.machine.platforms import processors
+
 
 def control_group_quota(root: Path = Path("/sys/fs/cgroup")) -> float:
     """Processors granted by the control group (version 2, then version 1); infinite without a limit.
@@ -18,9 +20,9 @@ def control_group_quota(root: Path = Path("/sys/fs/cgroup")) -> float:
     """
     for quota_file, period_file in (("cpu.max", None), ("cpu/cpu.cfs_quota_us", "cpu/cpu.cfs_period_us")):
         try:
-            words = (root / quota_file).read_text().split()
+            words = (root / quota_file).read_text(encoding="ascii").split()
             if period_file is not None:
-                words += (root / period_file).read_text().split()
+                words += (root / period_file).read_text(encoding="ascii").split()
             quota, period = float(words[0]), float(words[1])
         except (OSError, ValueError, IndexError):  # no such file, or the word "max"
             continue
@@ -40,8 +42,8 @@ def threads_available() -> int:
     >>> threads_available() >= 1
     True
     """
-    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    ours = processors()
     granted = control_group_quota()
     with contextlib.suppress(KeyError, ValueError):
         granted = min(granted, int(os.environ["SLURM_CPUS_PER_TASK"]))
-    return processors if math.isinf(granted) else max(1, min(processors, math.floor(granted)))
+    return ours if math.isinf(granted) else max(1, min(ours, math.floor(granted)))

@@ -22,6 +22,7 @@ from typing import Any
 
 from springpot.machine.faults import FileError
 from springpot.machine.files import append_line, open_bytes
+from springpot.machine.platforms import patiently
 
 ENDING = ".tasks"  # of the files in a folder
 _DIGITS = 32  # of a checksum or a key
@@ -187,7 +188,7 @@ class Record:
 
     def remove(self) -> None:
         """Remove the file, when what was computed is kept elsewhere."""
-        self._own.unlink(missing_ok=True)
+        patiently(self._own.unlink, missing_ok=True)
 
 
 @contextlib.contextmanager

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from itertools import chain
 from typing import Any, Protocol, TypeVar
 
@@ -131,7 +131,7 @@ class Quantity:
             whole = f"{name}_{ending}".removesuffix("_")
             yield from ((each, owner) for each in (whole, *(f"{whole}_{n}" for n in self.numbers)))
 
-    @property
+    @cached_property
     def split(self) -> tuple[str, str]:
         """For what its name begins with the name of, and the rest of it."""
         stem = next((stem for stem in _OWNERS if self.name.startswith(stem)), "")

@@ -355,7 +355,7 @@ class System:
         """Whether its numbers are in SI units, and not per unit mass."""
         return bool(self.of(Mass))
 
-    @property
+    @cached_property
     def points(self) -> tuple[str, ...]:
         """The names of its masses, ``("mass",)`` of a single one without a name, and after them of its other points."""
         masses = tuple(mass.at for mass in self.of(Mass) if mass.at) or ("mass",)

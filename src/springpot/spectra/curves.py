@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import beta
+from scipy.special import betaincinv
 
 from springpot.machine.arguments import finite_numbers
 from springpot.machine.arrays import Floats
@@ -95,8 +95,8 @@ class FragilityCurve:
         if self.known.size:
             return self.known[0], self.known[1], self.known[2]
         k, n = np.asarray(self.exceeded, float), np.asarray(self.tried, float)
-        low = np.where(k > 0.0, beta.ppf(_CHANCE, np.maximum(k, 1.0), n - k + 1.0), 0.0)
-        high = np.where(k < n, beta.ppf(1.0 - _CHANCE, k + 1.0, np.maximum(n - k, 1.0)), 1.0)
+        low = np.where(k > 0.0, betaincinv(np.maximum(k, 1.0), n - k + 1.0, _CHANCE), 0.0)
+        high = np.where(k < n, betaincinv(k + 1.0, np.maximum(n - k, 1.0), 1.0 - _CHANCE), 1.0)
         return k / n, low, high
 
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import optimize
-from scipy.special import log_ndtr, ndtr, ndtri, xlogy
-from scipy.stats import chi2, t
+from scipy.special import chdtrc, gammaincinv, log_ndtr, ndtr, ndtri, stdtrit, xlogy
 
 from springpot.machine.arrays import Floats
 from springpot.scattering.estimates import Interval
 
 _SURE = 0.95
+_CHI_SQUARED = 2.0 * float(gammaincinv(0.5, _SURE))  # that a value with one degree of freedom stays below
 _LEAST, _MOST = 1e-3, 20.0  # dispersions that are looked at
 _FAR = 60.0  # and medians, in logarithms beyond the intensities
 _CLOSE = 1e-9
@@ -83,7 +83,7 @@ def fit_counts(intensity: Floats, exceeded: Floats, tried: Floats) -> Fit:
         score = (logs - middle) / dispersion
         return float((exceeded * log_ndtr(score) + (tried - exceeded) * log_ndtr(-score)).sum())
 
-    found = _fitted(likelihood, logs, float(chi2.ppf(_SURE, 1)))
+    found = _fitted(likelihood, logs, _CHI_SQUARED)
     perfect = float((xlogy(exceeded, exceeded / tried) + xlogy(tried - exceeded, 1.0 - exceeded / tried)).sum())
     return _with_chance(found, perfect - _top(found, likelihood), logs.size)
 
@@ -125,7 +125,7 @@ def fit_brackets(low: Floats, high: Floats) -> Fit:
         upper, lower = log_ndtr(last), log_ndtr(first)
         return float((upper + np.log(np.maximum(-np.expm1(np.minimum(lower - upper, -1e-300)), 1e-300))).sum())
 
-    return _fitted(likelihood, np.log([*low[low > 0.0], *high[high < math.inf]]), float(chi2.ppf(_SURE, 1)))
+    return _fitted(likelihood, np.log([*low[low > 0.0], *high[high < math.inf]]), _CHI_SQUARED)
 
 
 def fit_probabilities(intensity: Floats, logarithm: Floats, error: Floats) -> Fit:
@@ -143,7 +143,7 @@ def fit_probabilities(intensity: Floats, logarithm: Floats, error: Floats) -> Fi
     def likelihood(middle: float, dispersion: float) -> float:
         return float(-0.5 * (((log_ndtr((logs - middle) / dispersion) - logarithm) / error) ** 2).sum())
 
-    found = _fitted(likelihood, logs, float(chi2.ppf(_SURE, 1)))
+    found = _fitted(likelihood, logs, _CHI_SQUARED)
     return _with_chance(found, -_top(found, likelihood), logs.size)
 
 
@@ -153,7 +153,7 @@ def _top(found: Fit, likelihood: Callable[[float, float], float]) -> float:
 
 def _with_chance(found: Fit, lack: float, points: int) -> Fit:
     """By twice the lack of the likelihood, about chi-squared with two degrees of freedom less than points."""
-    return replace(found, chance=float(chi2.sf(2.0 * lack, points - 2))) if points > 2 else found
+    return replace(found, chance=float(chdtrc(points - 2, 2.0 * lack))) if points > 2 else found
 
 
 def fit_cloud(intensity: Floats, demand: Floats, limit: float) -> tuple[Fit, float, float]:
@@ -195,7 +195,7 @@ def fit_cloud(intensity: Floats, demand: Floats, limit: float) -> tuple[Fit, flo
         q = (cross + math.sqrt(cross**2 + 4.0 * a * count * s2)) / (2.0 * a)
         return count * math.log(q / dispersion) - 0.5 * (a * q * q - 2.0 * cross * q + square) / s2
 
-    drop = count * math.log1p(float(t.ppf(0.5 + 0.5 * _SURE, count - 2)) ** 2 / (count - 2))
+    drop = count * math.log1p(float(stdtrit(count - 2, 0.5 + 0.5 * _SURE)) ** 2 / (count - 2))
     return _fitted(likelihood, logs, drop), float(slope), curved
 
 

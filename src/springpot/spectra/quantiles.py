@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import binom
 
 from springpot.machine.arrays import Floats
 
@@ -26,6 +25,8 @@ def quantiles_of(values: Floats, shares: Sequence[float]) -> Floats:
     >>> quantiles_of(np.array([1.0, 2.0]), [0.5]).ravel().tolist()
     [1.5, 0.0, inf]
     """
+    from scipy.stats import binom  # slow to import
+
     count = values.shape[-1]
     ordered = np.concatenate(
         [np.zeros((*values.shape[:-1], 1)), np.sort(values, axis=-1), np.full((*values.shape[:-1], 1), math.inf)],

@@ -16,7 +16,6 @@ from typing import Literal
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.signal import lfilter
 
 from springpot.machine.arrays import Floats
 from springpot.machine.sampling import are_even, band_limited
@@ -66,6 +65,8 @@ class Oscillator:
 
     def states(self, u: Floats, steps: Floats) -> Floats:
         """x and v at all points, shape (2, records, points), from rest; ``steps`` has one step, or one for each gap."""
+        from scipy.signal import lfilter  # slow to import
+
         found = np.zeros((2, *u.shape))
         if steps.size > 1:
             state = np.zeros((2, len(u)))

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from springpot.machine.files import Damaged, make_room, partial_name, read_file
+from springpot.machine.platforms import patiently
 from springpot.machine.record import digest
 from springpot.studies.dataset import to_xarray
 from springpot.studies.store import Store, document, whole_folder
@@ -112,7 +113,7 @@ def take_away_labelled(store: Store) -> None:
     if place.is_dir() and not place.is_symlink():
         aside = store.path / partial_name(f"{LABELLED}-before")
         with suppress(FileNotFoundError):  # another process was quicker
-            os.rename(place, aside)
+            patiently(os.rename, place, aside)
         shutil.rmtree(aside, ignore_errors=True)
     elif os.path.lexists(place):
         make_room(str(place), folder=True)

@@ -27,12 +27,13 @@ from springpot.machine.crew import work_together
 from springpot.machine.extras import need
 from springpot.machine.faults import Stopped, shown
 from springpot.machine.interrupt import sigterm_as_ctrl_c
+from springpot.machine.platforms import without_ctrl_c
 from springpot.machine.processors import threads_available
 from springpot.studies.labelled import finish, take_away_labelled
 from springpot.studies.question import Study
 from springpot.studies.store import Store, StoreError, open_store
 from springpot.studies.tasks import Task, check_some, compute, tasks
-from springpot.studies.workers import Workers, without_ctrl_c
+from springpot.studies.workers import Workers
 
 Progress = Callable[[float], None]
 TELL = 0.2  # s

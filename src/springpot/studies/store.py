@@ -18,7 +18,7 @@ import os
 import re
 import shutil
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -28,6 +28,7 @@ from springpot.machine.arguments import checked_path
 from springpot.machine.faults import FileError
 from springpot.machine.files import Damaged, partial_name, read_file, remove_orphans, write
 from springpot.machine.places import shell_word
+from springpot.machine.platforms import patiently
 from springpot.machine.record import ENDING, Record, line_of, parts_of, writing
 from springpot.machine.versions import __version__, versions
 from springpot.studies.question import Study, read_study
@@ -96,13 +97,13 @@ class Store:
         words = {"statement": answer.statement, "warnings": answer.warnings}
         with self.writing():
             self.record.add(task.key, {"method": task.method, "point": task.point, "numbers": answer.numbers, **words})
-            self.repetitions(task).unlink(missing_ok=True)
+            patiently(self.repetitions(task).unlink, missing_ok=True)
 
     def remove_orphans(self) -> int:
         """Remove half-written files of killed processes, and repetitions of results; those in use are kept."""
         for ended in self.path.glob(f"*{REPETITIONS}"):
             if self.record.get(ended.stem) is not None:
-                ended.unlink(missing_ok=True)
+                patiently(ended.unlink, missing_ok=True)
         return remove_orphans(str(self.path.parent), self.path.name) + remove_orphans(str(self.path))
 
     def writing(self) -> AbstractContextManager[None]:
@@ -120,7 +121,9 @@ def whole_folder(path: Path) -> Iterator[Path]:
     partial = path.with_name(partial_name(path.name))
     try:
         yield partial
-        os.rename(partial, path)
+        with suppress(OSError):
+            os.rmdir(path)  # an empty one: Windows would keep it
+        patiently(os.rename, partial, path)
     except OSError as error:
         if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):  # otherwise another process was quicker
             raise

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 from springpot.machine.one_thread import ONE_THREAD
+from springpot.machine.platforms import without_ctrl_c
 
 MOST_ENDS = 10  # of each worker, without a finished task in between
 
@@ -78,22 +76,9 @@ class Workers:
     def _start(self) -> subprocess.Popen[bytes]:
         places = os.pathsep.join(filter(None, sys.path))
         words = self._address, self._folder.name, str(self.threads)
-        with without_ctrl_c():
+        with without_ctrl_c() as flags:
             return subprocess.Popen(
                 [sys.executable, "-P", "-m", "springpot.studies.worker", *words],
                 stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                env={**ONE_THREAD, **os.environ, "PYTHONPATH": places},
+                env={**ONE_THREAD, **os.environ, "PYTHONPATH": places}, creationflags=flags,
             )  # fmt: skip
-
-
-@contextmanager
-def without_ctrl_c() -> Iterator[None]:
-    """Processes started here ignore Ctrl-C, which a terminal sends to all processes: the first one ends them."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -9,6 +9,7 @@ from springpot.simulation.error.budget import combine
 from springpot.simulation.error.levels import FEWEST_PAIRS, Level, Levels, levels_of
 from springpot.simulation.plan.plan import plan_of
 from tests.simulation.problems import oscillator
+from tests.sizes import validation
 
 ROUNDS = 600
 QUANTITIES = "x_mean", "x_mean_square", "v_mean_square", "impact_rate"
@@ -20,7 +21,7 @@ def part(level: Level, number: int) -> Level:
     return replace(level, rows=level.rows[own], counted=level.counted[own])
 
 
-@pytest.mark.parametrize("paths", [0, 4 * FEWEST_PAIRS])
+@pytest.mark.parametrize("paths", [validation(0), 4 * FEWEST_PAIRS])
 def test_the_errors_of_a_round_are_the_spread_between_rounds(paths: int) -> None:
     """With the fewest pairs, where regression on eight control variates takes out 7 % of the spread by chance.
 

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 
 import springpot as sp
 from springpot.evidence import comparison, validity
@@ -35,8 +35,8 @@ def between(low: float, high: float) -> sp.System:
 def test_the_interval_is_garwoods() -> None:
     for seen in range(1, few_events.FEW):
         low, high = interval(np.repeat([1.0, 0.0], [seen, 90]), 1.0)
-        assert low == pytest.approx(stats.chi2.ppf(0.025, 2 * seen) / 2, rel=1e-9)
-        assert high == pytest.approx(stats.chi2.ppf(0.975, 2 * seen + 2) / 2, rel=1e-9)
+        assert low == pytest.approx(scipy.stats.chi2.ppf(0.025, 2 * seen) / 2, rel=1e-9)
+        assert high == pytest.approx(scipy.stats.chi2.ppf(0.975, 2 * seen + 2) / 2, rel=1e-9)
 
 
 def test_intervals_hold_the_rate_of_rare_events() -> None:

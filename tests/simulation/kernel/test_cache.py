@@ -18,6 +18,7 @@ import pytest
 
 from springpot.machine import trusted
 from springpot.simulation.kernel.cache import cached, find_folder
+from tests.posix import make_pipe
 from tests.sizes import validation
 from tests.strangers import as_stranger, needs_another_user, needs_owners
 
@@ -38,10 +39,11 @@ print(kernel(21), find_folder(kernel)[0] is not None)
 """
 
 
+@needs_owners  # and limits
 @pytest.mark.parametrize(("word", "kept"), [("limited", 0), validation("free", 1)])
 def test_a_kernel_that_cannot_be_kept_is_compiled_all_the_same(word: str, kept: int, tmp_path: Path) -> None:
     script = tmp_path / "tiny.py"
-    script.write_text(TINY)
+    script.write_text(TINY, encoding="utf-8")
     done = subprocess.run(
         [sys.executable, str(script), word], capture_output=True, text=True, timeout=300,
         env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
@@ -84,7 +86,7 @@ def test_what_two_processes_keep_at_the_same_moment_is_all_there(tmp_path: Path)
     """With Numba's own index some of it is lost, and some handed out as the other's."""
     script, cache, number = tmp_path / "many.py", tmp_path / "cache", 200
     cache.mkdir()
-    script.write_text(MANY)
+    script.write_text(MANY, encoding="utf-8")
     both = [_asked(script, cache, who, number) for who in ("one", "other")]
     for process in both:
         assert process.stdout is not None
@@ -100,7 +102,7 @@ for who in ("one", "other"):
     for i in range({number}):
         assert files.load((who, i)) == f"{{who}} made {{i}}"
 """
-    script.write_text(MANY.split("who,")[0] + code)
+    script.write_text(MANY.split("who,")[0] + code, encoding="utf-8")
     assert _asked(script, cache).communicate(timeout=300) == ("", "")
     assert {file.suffix for file in cache.rglob("*") if file.is_file()} == {".nbc"}  # nothing half-written
 
@@ -226,7 +228,7 @@ def test_a_kernel_in_no_proper_file_is_compiled_anew(
     else:
         kept.unlink()
     if place == "pipe":
-        os.mkfifo(kept)
+        make_pipe(kept)
     elif place == "huge":
         with kept.open("wb") as file:
             file.truncate(1 << 36)
@@ -242,7 +244,7 @@ def test_beside_the_source_where_others_can_write_is_no_place(tmp_path: Path) ->
     script, home = tmp_path / "shared" / "one.py", tmp_path / "home"
     script.parent.mkdir()
     home.mkdir()
-    script.write_text(ONE)
+    script.write_text(ONE, encoding="utf-8")
     script.parent.chmod(0o777)
     places = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME")
     environment = {name: value for name, value in os.environ.items() if name not in places}

@@ -316,7 +316,7 @@ print([part.how for part in (_compiled(2), _compiled(3), _growth_part())])
 def test_what_counts_and_observes_is_compiled_once_for_all_processes(tmp_path: Path) -> None:
     """A function that holds another number is another function."""
     script = tmp_path / "callbacks.py"
-    script.write_text(CALLBACKS)
+    script.write_text(CALLBACKS, encoding="utf-8")
     for how in (NOW, KEPT):
         done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=300)
         assert done.stdout == f"{[how] * 3}\n", done.stderr

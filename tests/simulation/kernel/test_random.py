@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
+import scipy
 from numba import njit
-from scipy import special, stats
+from scipy import special
 
 from springpot.simulation.kernel import random as source
 from springpot.simulation.kernel.normals import normals
@@ -80,11 +81,11 @@ def test_the_law_of_millions_of_normals(count: int) -> None:
         error = math.sqrt((moments[2 * k - 1] - moments[k - 1] ** 2) / count)
         assert abs(sums[k - 1] / count - moments[k - 1]) < 4 * error, f"moment {k}"
     for level, found in zip((3, 4, 5), tails, strict=True):
-        expected = count * 2.0 * stats.norm.sf(level)
+        expected = count * 2.0 * scipy.stats.norm.sf(level)
         assert abs(found - expected) < 4 * math.sqrt(expected), f"beyond {level}"
     # Kolmogorov-Smirnov on 2001 points of the distribution function: 4 standard errors of a two-sided normal
-    distance = np.abs(np.cumsum(histogram)[:-1] / count - stats.norm.cdf(edges)).max()
-    assert stats.kstwobign.sf(distance * math.sqrt(count)) > 6.3e-5
+    distance = np.abs(np.cumsum(histogram)[:-1] / count - scipy.stats.norm.cdf(edges)).max()
+    assert scipy.stats.kstwobign.sf(distance * math.sqrt(count)) > 6.3e-5
 
 
 def test_paths_do_not_depend_on_how_many_there_are() -> None:

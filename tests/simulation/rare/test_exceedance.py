@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 
 import springpot as sp
 from springpot import cli
@@ -114,7 +114,7 @@ def test_without_a_stationary_state_there_are_probabilities_and_no_return_period
 def test_a_stationary_motion_far_from_a_wall_exceeds_levels_above_its_mean() -> None:
     """As long as the wall is far away the mean is 0, not that of a wall at 0, which is 0.8."""
     found = sp.exceedance(LIGHT, {"x": 0.5}, duration=1.0, step=0.1, start="stationary", rtol=0.3)
-    beyond = float(stats.norm.sf(0.5))  # of which it must be more
+    beyond = float(scipy.stats.norm.sf(0.5))  # of which it must be more
     assert beyond + 0.05 < found.probability["x"] < beyond + 0.3
 
 
@@ -316,7 +316,7 @@ def test_a_run_goes_on_from_what_it_has_saved(tmp_path: Path, monkeypatch: pytes
         assert again.error.tolist() == whole["x"].error.tolist()
         assert computed == missing
         computed.clear()
-    place.write_text("something else\n")
+    place.write_text("something else\n", encoding="utf-8")
     with pytest.raises(ValueError, match="save must be a file of exceedance or a new one"):
         sp.exceedance(WALL, {"x": 2.0}, **given, save=place)
 

@@ -67,6 +67,7 @@ def test_a_function_of_ones_own_has_it_too() -> None:
     assert str(other).startswith("own > ")
 
 
+@pytest.mark.validation  # every day: the level has the probability that was asked
 def test_levels_of_many_calls_differ_as_their_errors_say() -> None:
     """And most of the intervals hold their mean."""
     found = [

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import subprocess
 import sys
 import time
@@ -23,7 +22,9 @@ from springpot.simulation.kernel.branches import MARKS
 from springpot.simulation.rare.saved import SavedFile
 from springpot.simulation.rare.splitting import Tally
 from tests.kills import fill, kill_when, lines_in
+from tests.posix import link, make_pipe
 from tests.sizes import validation
+from tests.strangers import needs_limits
 
 LIGHT = sp.System(sp.Spring(1.0), sp.Springpot(1.0, 0.1), sp.Barrier(-50.0), sp.WhiteNoise(0.2))
 SHORT: dict[str, Any] = {"duration": 5.0, "step": 0.1, "start": "rest", "rtol": 0.5, "threads": 1}
@@ -162,9 +163,9 @@ def test_a_file_of_something_else_is_refused_and_stays(tmp_path: Path, content: 
 
 def test_what_is_no_file_is_refused_at_once(tmp_path: Path) -> None:
     """A pipe is not waited for, and a device is not read without end."""
-    os.mkfifo(tmp_path / "pipe")
+    make_pipe(tmp_path / "pipe")
     (tmp_path / "folder").mkdir()
-    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    link(tmp_path / "loop", tmp_path / "loop")
     begun = time.monotonic()
     for place, reason in (
         ("/dev/zero", "it is not a file, but a pipe or a device"),
@@ -192,7 +193,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
         sp.exceedance(LIGHT, {"x": 1.0}, **SHORT, save=place)
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="the administrator may read and write everything")
+@needs_limits
 def test_a_file_that_cannot_be_read_or_written_is_refused_before_the_work(tmp_path: Path) -> None:
     place = tmp_path / "file"
     written(place)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 
 import springpot as sp
 from springpot.machine.progress import Clock
@@ -211,7 +211,7 @@ def test_intervals_hold_the_probability_as_often_as_they_say() -> None:
     of = prepared(LIGHT, "x", [3.2], step=0.05)
     samples = many(of, 6400)[:, 1, 0].reshape(200, 32)
     true, (mean, error) = samples.mean(), mean_of(samples.T)
-    wide = np.exp(stats.t.ppf(0.975, 31) * error / mean)
+    wide = np.exp(scipy.stats.t.ppf(0.975, 31) * error / mean)
     assert 0.90 <= ((mean / wide < true) & (true < mean * wide)).mean() <= 0.98
 
 

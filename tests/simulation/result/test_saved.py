@@ -93,7 +93,7 @@ def test_other_programs_read_the_netcdf_file(rich: Run, tmp_path: Path) -> None:
 
 def test_other_programs_read_the_json_file(rich: Run, tmp_path: Path) -> None:
     rich.save(tmp_path / "run.json")
-    found = json.loads((tmp_path / "run.json").read_text())
+    found = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
     assert found.pop("run")["format"] == 1
     assert found == rich.to_dict()
 
@@ -137,10 +137,10 @@ def test_the_table_has_every_number_with_its_error_and_unit(rich: Run, budgeted:
 @pytest.mark.parametrize("suffix", ["nc", "json", "csv"])
 def test_nothing_is_replaced_unless_asked_for(suffix: str, rich: Run, tmp_path: Path) -> None:
     place = tmp_path / f"run.{suffix}"
-    place.write_text("mine")
+    place.write_text("mine", encoding="utf-8")
     with pytest.raises(ValueError, match=r"exists already: give another name, or overwrite=True to replace it\.$"):
         rich.save(place)
-    assert place.read_text() == "mine"
+    assert place.read_text(encoding="utf-8") == "mine"
     rich.save(place, overwrite=True)
     assert place.stat().st_size > 1000
 
@@ -204,7 +204,7 @@ def test_a_foreign_file_is_one_sentence(content: bytes, reason: str, tmp_path: P
 
 def test_other_files_are_one_sentence(tmp_path: Path, rich: Run) -> None:
     xarray.Dataset({"x": 1.0}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
-    (tmp_path / "words.nc").write_text("nothing of the kind")
+    (tmp_path / "words.nc").write_text("nothing of the kind", encoding="utf-8")
     for name in ("other.nc", "words.nc"):
         with pytest.raises(ValueError, match=r"cannot be read as a run: it was not written by springpot\.$"):
             sp.load_run(tmp_path / name)
@@ -222,7 +222,7 @@ def test_a_file_makes_nothing_but_the_parts_of_a_run(rich: Run, tmp_path: Path) 
     for name in ("Popen", "Path", "Bar"):
         words = json.dumps({"class": name, "fields": {"args": "true"}})
         own = {"format": 1, "words": words, "arrays": {}, "checksum": saved.checksum_of(words, {})}
-        (tmp_path / "run.json").write_text(json.dumps({"run": own}))
+        (tmp_path / "run.json").write_text(json.dumps({"run": own}), encoding="utf-8")
         with pytest.raises(ValueError, match="it was not written by springpot"):
             sp.load_run(tmp_path / "run.json")
 

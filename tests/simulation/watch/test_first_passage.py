@@ -486,4 +486,4 @@ def test_levels_are_in_every_form_of_the_result(tmp_path: Any, capsys: pytest.Ca
             again = sp.load_run(tmp_path / name).first_passages["x"]
             assert again[0].rate == passages[0].rate
             np.testing.assert_array_equal(again[1].times, passages[1].times)
-    assert "x_first_passage_rate,9.0,x_first_passage_level,0.0" in (tmp_path / "run.csv").read_text()
+    assert "x_first_passage_rate,9.0,x_first_passage_level,0.0" in (tmp_path / "run.csv").read_text(encoding="utf-8")

@@ -257,7 +257,7 @@ def test_forces_in_a_record_of_several_masses_are_those_of_the_parts(tmp_path: A
     assert np.corrcoef(4.0 * stretched.ravel(), run.forces["storey_force"].ravel())[0, 1] > 0.999
     again = sp.load_run(run.save(tmp_path / "run.nc"))
     assert np.array_equal(again.forces["storey_force"], run.forces["storey_force"])
-    header = run.save(tmp_path / "run.csv").with_name("run_paths.csv").read_text().splitlines()[0]
+    header = run.save(tmp_path / "run.csv").with_name("run_paths.csv").read_text(encoding="utf-8").splitlines()[0]
     assert header.endswith("storey force of path 2 (N)")
 
 

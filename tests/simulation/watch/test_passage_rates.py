@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 
 import springpot as sp
 from springpot.simulation import PassageTimes, simulate
@@ -27,14 +27,14 @@ def test_intervals_of_counts_are_exact() -> None:
     """Clopper and Pearson's are those of SciPy; Garwood's leave 2.5 % of Poisson's law on each side."""
     low, high = binomial_interval(np.arange(13), 12)
     for k in range(1, 12):
-        known = stats.binomtest(k, 12).proportion_ci(0.95, "exact")
+        known = scipy.stats.binomtest(k, 12).proportion_ci(0.95, "exact")
         assert (low[k], high[k]) == pytest.approx((known.low, known.high))
     assert (low[0], high[12], high[0]) == (0.0, 1.0, 1.0 - low[12])
     assert (1.0 - high[0]) ** 12 == pytest.approx(math.exp(-3.0))
     for count in (1, 7, 200):
         ends = poisson_interval(count)
-        assert stats.poisson.sf(count - 1, ends[0]) == pytest.approx(0.025)
-        assert stats.poisson.cdf(count, ends[1]) == pytest.approx(0.025)
+        assert scipy.stats.poisson.sf(count - 1, ends[0]) == pytest.approx(0.025)
+        assert scipy.stats.poisson.cdf(count, ends[1]) == pytest.approx(0.025)
 
 
 @pytest.mark.parametrize("number", [5, 50])
@@ -42,9 +42,9 @@ def test_the_test_refuses_as_often_as_it_says(number: int) -> None:
     """Uniform samples: its p-values are uniform."""
     samples = np.sort(np.random.default_rng(number).random((2000, number)), axis=1)
     found = np.array([uniformity(sample) for sample in samples])
-    assert stats.kstest(found, "uniform").pvalue > 1e-3
+    assert scipy.stats.kstest(found, "uniform").pvalue > 1e-3
     assert 0.002 < np.mean(found < 0.01) < 0.02
-    assert found[0] == pytest.approx(stats.cramervonmises(samples[0], "uniform").pvalue, abs=0.02)
+    assert found[0] == pytest.approx(scipy.stats.cramervonmises(samples[0], "uniform").pvalue, abs=0.02)
     assert uniformity(0.2 * np.sort(samples.ravel())) < 1e-6
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 
 import springpot as sp
 from springpot.simulation import Run
@@ -56,7 +56,7 @@ def driven() -> Run:
 @pytest.mark.parametrize("name", ["a_x", "b_x", "a_v", "b_v", "a_b_elongation"])
 def test_a_linear_motion_is_gaussian(driven: Run, name: str) -> None:
     square = sp.theory.linear(DRIVEN).moments[f"{name}_mean_square"]
-    assert off(driven.distributions[name], stats.norm(scale=math.sqrt(square))) < 4.0
+    assert off(driven.distributions[name], scipy.stats.norm(scale=math.sqrt(square))) < 4.0
     edges, density, _ = driven.distributions[name].density()
     assert np.sum(density * np.diff(edges)) == pytest.approx(1.0, abs=3e-4)
 
@@ -94,9 +94,9 @@ def test_an_elongation_before_a_wall_has_boltzmanns_density(thermal: Run) -> Non
     """Normal but for the wall; closing speeds are those of a flux."""
     stiffness = np.array([[3.0, -1.0], [-1.0, 1.5]])
     spread = math.sqrt(HOT * np.array([-1.0, 1.0]) @ np.linalg.solve(stiffness, [-1.0, 1.0]))
-    law = stats.truncnorm(-0.3 / spread, math.inf, scale=spread)
+    law = scipy.stats.truncnorm(-0.3 / spread, math.inf, scale=spread)
     assert off(thermal.distributions["a_b_elongation"], law) < 4.0
-    assert off(thermal.distributions["gap_impact_speed"], stats.rayleigh(scale=math.sqrt(HOT * 3.0))) < 4.0
+    assert off(thermal.distributions["gap_impact_speed"], scipy.stats.rayleigh(scale=math.sqrt(HOT * 3.0))) < 4.0
     edges, density, error = thermal.distributions["a_b_elongation"].density()
     exact = np.diff(law.cdf(edges)) / np.diff(edges)
     assert thermal.distributions["a_b_elongation"].edges[0] == pytest.approx(-0.3, abs=1e-4)
@@ -129,10 +129,10 @@ def test_results_are_in_datasets_files_and_pictures(thermal: Run, driven: Run, t
     assert again.distributions["a_x"].counts.tobytes() == thermal.distributions["a_x"].counts.tobytes()
     few = simulated(THERMAL, paths=2, duration=1.0, record=2)
     few.save(tmp_path / "few.csv")
-    first, _, last = (tmp_path / "few_paths.csv").read_text().strip().partition("\n")
+    first, _, last = (tmp_path / "few_paths.csv").read_text(encoding="utf-8").strip().partition("\n")
     assert first.split(",")[:3] == ["time (s)", '"x of a', ' path 0 (m)"']
     assert [float(each) for each in last.split("\n")[-1].split(",")[1:]] == few.record[:, -1].ravel().tolist()
-    words = json.loads(driven.save(tmp_path / "run.json").read_text())
+    words = json.loads(driven.save(tmp_path / "run.json").read_text(encoding="utf-8"))
     assert words["b_x_spectrum"] == driven.spectra["b_x"].density.tolist()
     assert words["a_b_elongation_quantile"][4] == float(driven.distributions["a_b_elongation"].quantile(0.5)[0])
     with pytest.raises(ValueError, match="distributions"):
