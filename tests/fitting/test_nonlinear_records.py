@@ -178,7 +178,7 @@ def test_the_likelihood_is_that_of_many_paths(seen: int, noise: float, within: f
     for gap in gaps:
         room = [np.zeros((1, 12)) for _ in range(3)]
         start = np.diag([0.03**2, 0.5**2, 0.0, 0.0, 0.0])
-        hits = filtered(samples[None], STEP, 2, seen, noise**2, start, flow_at(gap, 12.0), *room)
+        hits = filtered(samples[None], STEP, 2, 1, seen, noise**2, start, flow_at(gap, 12.0), *room)
         assert 0.1 < hits < 1.5
         found.append(float(room[0].sum()) - counted(samples, seen, noise, gap, 40_000))
     assert abs(found[1] - found[0]) < within

@@ -121,19 +121,23 @@ class Histories(NamedTuple):
 
 @cached
 @njit(**_COMPILED)
-def filtered(values, step, substeps, seen, noise, start, flow, terms, expected, spread):  # type: ignore[no-untyped-def]
+def filtered(values, step, substeps, halvings, seen, noise, start, flow, terms, expected, spread):  # type: ignore[no-untyped-def]
     """Log-likelihood of each sample in ``terms``, what was expected in ``expected`` and ``spread``; number of impacts.
 
-    ``seen`` is 0 for x, 1 for v, 2 for the acceleration by the parts; ``noise`` the variance of the measurement,
-    ``start`` the covariance at the first sample.
+    The flow of a substep is that of its 2^``halvings``-th part, doubled.  ``seen`` is 0 for x, 1 for v, 2 for the
+    acceleration by the parts; ``noise`` the variance of the measurement, ``start`` the covariance at the first sample.
     """
     paths, samples = values.shape
     size = 2 + flow.rates.size
-    series = _series(flow, size)
-    fine, random = np.empty((size, size)), np.empty((size, size))
-    _advance(series, step / substeps, flow.intensity, fine, random)
-    whole, whole_random = fine.copy(), random.copy()
     room, column = np.empty((size, size)), np.zeros(size)
+    fine, random = np.empty((size, size)), np.empty((size, size))
+    _advance(flow, step / substeps / 2**halvings, fine, random)
+    for _ in range(halvings):
+        part = fine.copy()
+        added = random.copy()
+        _apply(part, added, column, random, room)
+        fine[:] = part @ part
+    whole, whole_random = fine.copy(), random.copy()
     for _ in range(substeps - 1):
         _apply(fine, random, column, whole_random, room)
         whole = fine @ whole
@@ -499,9 +503,10 @@ def _series(flow, size):  # type: ignore[no-untyped-def]
 
 
 @njit(**_COMPILED)
-def _advance(series, t, intensity, phi, random):  # type: ignore[no-untyped-def]
+def _advance(flow, t, phi, random):  # type: ignore[no-untyped-def]
     """Phi(t) and Q(t)."""
     size = phi.shape[0]
+    series = _series(flow, size)
     phi[:] = series[_TERMS]
     for k in range(_TERMS - 1, -1, -1):
         for i in range(size):
@@ -517,7 +522,7 @@ def _advance(series, t, intensity, phi, random):  # type: ignore[no-untyped-def]
                 push[i] = push[i] * s + series[k, i, 1]
         for i in range(size):
             for j in range(size):
-                random[i, j] += intensity * t * _SHARES[g] * push[i] * push[j]
+                random[i, j] += flow.intensity * t * _SHARES[g] * push[i] * push[j]
 
 
 @njit(**_COMPILED)

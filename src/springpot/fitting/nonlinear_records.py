@@ -39,7 +39,7 @@ _SPACING = 0.5 * math.log(10.0)  # of the rates of memory, in the logarithm: the
 _SLOWEST, _FASTEST = 1.0 / 3.0, 1.5  # rates, over 1 / duration and 1 / step
 _NEVER = 1e-3  # rate of what memory does not forget in the record, over the slowest rate
 _FINER = 4  # rates for an acceleration, which has the memory's forces in it
-_FLOW_STEP, _KICK_STEP = 2.0, 0.25  # of a substep, over 1 / the largest rate, and over sqrt(1 / stiffness)
+_FLOW_STEP, _KICK_STEP = 2.0, 0.25  # of the flow's series, over 1 / the largest rate; of a kick, over sqrt(1 / slope)
 _FASTER = 1.5  # than the start are the numbers for which substeps are small enough
 _NODES, _SHARES = np.polynomial.hermite_e.hermegauss(16)
 _SHARES = _SHARES / _SHARES.sum()
@@ -113,10 +113,11 @@ class NonlinearRecordLikelihood(Likelihood):
         self._more = equivalent_stiffness(flow, float(values.std()))
         start = stationary(flow, self._more)
         place = float(np.abs(values).max()) if self._seen == 0 else 4.0 * math.sqrt(start[0, 0])
-        rate = max(math.sqrt(max(flow.stiffness, 0.0)), flow.damping, *flow.rates / _FASTER)
         stiffest = max(slope_of(flow, place), slope_of(flow, -place), 0.0)
-        fine = math.ceil(_FASTER * step * max(rate / _FLOW_STEP, math.sqrt(stiffest) / _KICK_STEP))
-        self._substeps = max(fine, _AT_WALLS) if flow.walls.size else fine
+        kicks = math.ceil(_FASTER * step * math.sqrt(stiffest) / _KICK_STEP)
+        self._substeps = max(kicks, _AT_WALLS if flow.walls.size else 1)
+        rate = max(math.sqrt(max(flow.stiffness, 0.0)), flow.damping, *flow.rates / _FASTER)
+        self._halvings = max(math.ceil(math.log2(_FASTER * step * rate / (_FLOW_STEP * self._substeps))), 0)
         self._spread = _WIDE * float(values.var()) if self._seen == 0 else 0.0
         self._past = _WIDE * (float(np.mean(values**2)) if self._seen == 0 else start[0, 0])
         self.least = None  # of other substeps
@@ -129,7 +130,17 @@ class NonlinearRecordLikelihood(Likelihood):
         start[range(2, len(start)), range(2, len(start))] += self._past
         terms, expected, spread = (np.zeros(self._values.shape) for _ in range(3))
         impacts = filtered(
-            self._values, self.data.step, self._substeps, self._seen, noise**2, start, flow, terms, expected, spread
+            self._values,
+            self.data.step,
+            self._substeps,
+            self._halvings,
+            self._seen,
+            noise**2,
+            start,
+            flow,
+            terms,
+            expected,
+            spread,
         )
         return terms, expected, spread, float(impacts)
 
