@@ -146,7 +146,7 @@ def _relative(point: tuple[float, float, float]) -> list[float]:
         return [0.0] * len(MOMENTS)
     asked = max(damping, LIGHTEST)
     wall = place * math.sqrt(0.5 / asked)
-    lossy = Oscillator(springpot=Springpot(1.0, asked), barrier=Barrier(wall, restitution, side="above"))
+    lossy = Oscillator(springpot=Springpot(1.0, asked), barrier=Barrier(wall, restitution, free_side="above"))
     try:
         result: Result = fokker_planck(lossy)
     except NotCoveredError:  # a strong preload with light damping: many bounces, of little loss each
@@ -163,7 +163,9 @@ def _relative(point: tuple[float, float, float]) -> list[float]:
 
 
 def _by_diffusion(damping: float, wall: float, restitution: float) -> list[float]:
-    result = envelope(Oscillator(springpot=Springpot(1.0, damping), barrier=Barrier(wall, restitution, side="above")))
+    result = envelope(
+        Oscillator(springpot=Springpot(1.0, damping), barrier=Barrier(wall, restitution, free_side="above"))
+    )
     found = {name: getattr(result, name) for name in MOMENTS}
     return _logs(found, behind_an_elastic_wall(Equivalent(1.0, damping, 0.0), wall), wall)
 

@@ -80,7 +80,7 @@ def order_one(points: Iterable[tuple[float, float, float]], third: str) -> Known
     found = {}
     for c, wall, restitution in points:
         with contextlib.suppress(NotCoveredError):
-            stop = Barrier(wall, restitution, side="above")
+            stop = Barrier(wall, restitution, free_side="above")
             result = fokker_planck(Oscillator(springpot=Springpot(1.0, c), barrier=stop))
             moments = {name: getattr(result, name) for name in MOMENTS}
             found[1.0, c, wall if third == "position" else restitution] = exactly(moments)

@@ -161,15 +161,15 @@ def printed_scheme(d: Draw) -> Drawn:
 def wall(d: Draw) -> Drawn:
     """A wall below or above, with a gap."""
     where = d.below()
-    side = {"side": "below"} if d.one_of(0.0, 1.0) else {"side": "above"}
-    stop = sp.Barrier(-where if side["side"] == "below" else where, d.restitution(), **side)
-    given = {"first_passage": {"x": [-2.5 if side["side"] == "below" else 2.5]}, "distributions": True}
+    side = {"free_side": "below"} if d.one_of(0.0, 1.0) else {"free_side": "above"}
+    stop = sp.Barrier(-where if side["free_side"] == "below" else where, d.restitution(), **side)
+    given = {"first_passage": {"x": [-2.5 if side["free_side"] == "below" else 2.5]}, "distributions": True}
     return {**d.mount(), "stop": stop, "noise": d.white()}, {**given, "forces": ["stop_impulse"]}
 
 
 def preload(d: Draw) -> Drawn:
     """Order 1, and the wall presses the mass."""
-    stop = sp.Barrier(d.between(0.0, 0.8), d.one_of(1.0, 0.95, 0.9), side="above")
+    stop = sp.Barrier(d.between(0.0, 0.8), d.one_of(1.0, 0.95, 0.9), free_side="above")
     parts = {"spring": sp.Spring(d.between(0.7, 2.0)), "dashpot": sp.Dashpot(d.between(0.1, 0.6)), "stop": stop}
     return {**parts, "noise": d.white()}, {"profile": 4, "slowest_counted_impact": 0.4, "step": 0.01}
 
@@ -202,7 +202,7 @@ def hertz(d: Draw) -> Drawn:
 
 def linear_contact(d: Draw) -> Drawn:
     """A linear contact above and a wall below, with a weight; distributions of a force."""
-    stop = sp.Contact(d.between(0.2, 1.2), d.between(20.0, 200.0), 1.0, side="below")
+    stop = sp.Contact(d.between(0.2, 1.2), d.between(20.0, 200.0), 1.0, free_side="below")
     parts = {"stop": stop, "other": sp.Barrier(d.below(-2.0, -0.8), 0.8), "weight": sp.Constant(d.between(-0.4, 0.4))}
     return {**d.mount(), **parts, "noise": d.white()}, {"forces": ["mount_force"], "distributions": True}
 

@@ -85,7 +85,7 @@ class Case:
     @property
     def oscillator(self) -> System:
         """The oscillator itself."""
-        barrier = Barrier(self.position, self.restitution, side="above") if self.restitution > 0.0 else None
+        barrier = Barrier(self.position, self.restitution, free_side="above") if self.restitution > 0.0 else None
         return Oscillator(1.0, Springpot(self.order, 1.0), barrier, WhiteNoise(1.0))
 
 

@@ -87,7 +87,7 @@ STEP = 1e-5  # s
 
 
 def sdnd101() -> list[Row]:
-    stop = sp.Contact(0.0, STOP, exponent=1.0, side="below")
+    stop = sp.Contact(0.0, STOP, exponent=1.0, free_side="below")
     system = sp.System(sp.Mass(M), sp.Spring(K), stop, sp.WhiteNoise(0.0))
     run = sp.simulate(system, paths=1, record=1, step=STEP, duration=0.4, initial_velocity=1.0)
     t, force = run.time, STOP * np.maximum(run.record[0, :, 0], 0.0)
@@ -114,7 +114,7 @@ def sdnd102() -> list[Row]:
         sp.WhiteNoise(0.0, on="a"),
     )
     alone = sp.System(
-        sp.Mass(M), sp.Spring(K), sp.Contact(0.5 * gap, 2 * STOP, exponent=1.0, side="below"), sp.WhiteNoise(0.0)
+        sp.Mass(M), sp.Spring(K), sp.Contact(0.5 * gap, 2 * STOP, exponent=1.0, free_side="below"), sp.WhiteNoise(0.0)
     )
     asked = {"paths": 1, "record": 1, "step": STEP, "duration": 0.5}
     both = sp.simulate(pair, initial_velocity={"a": 1.0, "b": -1.0}, **asked).record[0, :, 0, 0]

@@ -54,7 +54,7 @@ kind = "contact"
 position = 0.005
 stiffness = 1e5
 exponent = 1.5
-side = "below"
+free_side = "below"
 [[parts]]
 kind = "recorded_excitation"
 times = [0.0, 0.1, 0.2, 0.3]
@@ -209,9 +209,9 @@ NOT_HELD = "system must have a spring, or a wall on each side: without them noth
         ((sp.Mass(2.0), sp.Spring(0.0), RUBBER), NOT_HELD),
         ((sp.Spring(-20.0), sp.PolynomialSpring((0.0, 0.0, 1e-320)), RUBBER), NOT_HELD),
         ((sp.Spring(20.0), sp.PolynomialSpring((0.0, 0.0, 1e-320)), RUBBER), ""),
-        ((sp.Spring(31.0), RUBBER, sp.Barrier(0.2, 0.8, side="above"), sp.ColoredNoise(1.0, 0.5)), ""),
+        ((sp.Spring(31.0), RUBBER, sp.Barrier(0.2, 0.8, free_side="above"), sp.ColoredNoise(1.0, 0.5)), ""),
         (
-            (sp.Spring(1e12), RUBBER, sp.Barrier(1.0, side="above"), sp.ThermalNoise(1e-18)),
+            (sp.Spring(1e12), RUBBER, sp.Barrier(1.0, free_side="above"), sp.ThermalNoise(1e-18)),
             "system must move by more than rounding",
         ),
     ],

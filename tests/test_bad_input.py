@@ -27,7 +27,7 @@ PARTS: dict[str, Any] = {
     "intensity": lambda value: WhiteNoise(intensity=value),
     "position": lambda value: Barrier(position=value),
     "restitution": lambda value: Barrier(restitution=value),
-    "side": lambda value: Barrier(side=value),
+    "free_side": lambda value: Barrier(free_side=value),
     "springpot": lambda value: Oscillator(springpot=value),
     "barrier": lambda value: Oscillator(barrier=value),
     "excitation": lambda value: Oscillator(excitation=value),
@@ -42,7 +42,7 @@ OUT_OF_RANGE = [
     ("intensity", -1e-9),
     ("restitution", -0.5),
     ("restitution", 1.1),
-    ("side", "left"),
+    ("free_side", "left"),
     *[
         (name, value)
         for name in ("order", "coefficient", "natural_frequency", "intensity", "position", "restitution")
@@ -137,13 +137,13 @@ COMMANDS = [
     ("theory --position nan", "--position"),
     ("theory --restitution -0.1", "--restitution"),
     ("theory --restitution 1.1", "--restitution"),
-    ("theory --side left", "--side"),
+    ("theory --free-side left", "--free-side"),
     ("theory --no-barrier --position 1", "--no-barrier"),
     ("theory --no-barrier=maybe", "--no-barrier"),
     ("theory --paths 10", "--paths"),
     ("theory 0.5", "0.5"),
     ("simulate --step 0.5 --natural-frequency 100", "--step"),
-    ("simulate --side below --initial-position 0.1", "--initial-position"),
+    ("simulate --free-side below --initial-position 0.1", "--initial-position"),
     ("simulate --start stationary --order 0", "--start stationary"),
     ("simulate --start stationary --coefficient 0", "--start stationary"),
     ("simulate --start stationary --intensity 0", "--start stationary"),
@@ -223,7 +223,7 @@ def test_no_stationary_start_where_nothing_is_lost(oscillator: Oscillator) -> No
 
 
 def test_the_wrong_side_of_the_mirrored_wall() -> None:
-    below = Oscillator(barrier=Barrier(position=-1.0, side="below"))
+    below = Oscillator(barrier=Barrier(position=-1.0, free_side="below"))
     with pytest.raises(ValueError, match=r"^initial_position"):
         simulate(below, initial_position=-0.5)
 
@@ -271,6 +271,7 @@ def test_so_it_does_with_json(words: str, name: str, capsys: pytest.CaptureFixtu
         ("simulate --json=perhaps", "--json is a switch: it takes no value such as 'perhaps'."),
         ("simulate --wibble 3", "there is no flag --wibble: springpot simulate --help lists all flags."),
         ("simulate --pahts 3", "there is no flag --pahts; did you mean --paths?"),
+        ("theory --side below", "there is no flag --side; did you mean --free-side?"),
         ("reproduce fig3", "WHAT must be 'fig1', 'fig2', 'errata' or 'all', not 'fig3'."),
         ("simulat", "there is no command 'simulat'; did you mean simulate?"),
         (

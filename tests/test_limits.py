@@ -22,12 +22,12 @@ from tests.sizes import validation
 
 LONGEST = 600  # characters in a sentence
 SPRINGS = sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0))
-PRESSED = sp.System(*SPRINGS, sp.Springpot(0.5, 0.3), sp.Barrier(40.0, 0.9, side="above"), sp.WhiteNoise(1.0))
+PRESSED = sp.System(*SPRINGS, sp.Springpot(0.5, 0.3), sp.Barrier(40.0, 0.9, free_side="above"), sp.WhiteNoise(1.0))
 HUGE = sp.System(
     sp.Spring(1e50), sp.PolynomialSpring((0.0, 0.0, 1e50)), sp.Springpot(0.5, 1e-50), sp.Barrier(-1e-50, 0.9),
     sp.WhiteNoise(1e50),
 )  # fmt: skip
-PINNED = sp.System(sp.Spring(1e12), sp.Springpot(0.5, 3.0), sp.Barrier(1.0, side="above"), sp.ThermalNoise(1e-18))
+PINNED = sp.System(sp.Spring(1e12), sp.Springpot(0.5, 3.0), sp.Barrier(1.0, free_side="above"), sp.ThermalNoise(1e-18))
 FAR = sp.Oscillator(1.0, sp.Springpot(0.5, 0.2), sp.Barrier(-1e30, 0.9), sp.WhiteNoise(1.0))
 UNDAMPED = sp.Oscillator(1.0, sp.Springpot(0.5, 1e-20), None, sp.WhiteNoise(1.0))
 
@@ -55,12 +55,12 @@ def test_huge_numbers_that_belong_together_are_simulated() -> None:
     The other wall is far away in these units.
     """
     step = 0.1 * plan_of(HUGE).settings.step
-    huge = sp.System(*HUGE.parts, sp.Barrier(1e-11, side="below"))
+    huge = sp.System(*HUGE.parts, sp.Barrier(1e-11, free_side="below"))
     given: dict[str, Any] = {"duration": 2500 * step, "window": (1500 * step, 2500 * step), "step": step}
     found = sp.simulate(huge, paths=256, **given, start="rest")
     usual = sp.System(
         sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1e-25)), sp.Springpot(0.5, 1e-50), sp.Barrier(0.0, 0.9),
-        sp.WhiteNoise(1.0), sp.Barrier(200.0, side="below"),
+        sp.WhiteNoise(1.0), sp.Barrier(200.0, free_side="below"),
     )  # fmt: skip
     own = sp.simulate(usual, paths=256, duration=25.0, window=(15.0, 25.0), step=0.01, start="rest")
     assert found["barrier_1_impact_rate"].value / 1e25 == pytest.approx(own["barrier_1_impact_rate"].value, rel=0.01)

@@ -13,6 +13,18 @@ from springpot.machine.faults import per_cent
     ("make", "sentence"),
     [
         (lambda: sp.Barrier(-1.0, e=0.5), "Barrier has no argument 'e'; did you mean restitution?"),
+        (lambda: sp.Barrier(-1.0, side="above"), "Barrier has no argument 'side'; did you mean free_side?"),
+        (lambda: sp.Contact(-1.0, 5.0, side="above"), "Contact has no argument 'side'; did you mean free_side?"),
+        (
+            lambda: sp.Oscillator.from_numbers(side="above"),
+            "Oscillator.from_numbers has no argument 'side'; did you mean free_side?",
+        ),
+        (
+            lambda: sp.Oscillator.from_device(
+                mass=1.0, stiffness=1.0, springpot=(1.0, 0.1), psd=1.0, psd_unit="g2/Hz", side="below"
+            ),
+            "Oscillator.from_device has no argument 'side'; did you mean free_side?",
+        ),
         (lambda: sp.Spring(k=80.0), "Spring has no argument 'k'; did you mean stiffness?"),
         (lambda: sp.Springpot(alpha=0.5, coefficient=1.0), "Springpot has no argument 'alpha'; did you mean order?"),
         (lambda: sp.Mass(m=1.0), "Mass has no argument 'm'; did you mean value?"),

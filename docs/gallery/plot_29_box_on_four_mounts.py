@@ -23,7 +23,7 @@ parts = {
     "spring": sp.Spring(k, count=4),
     "rubber": sp.Springpot(order, C, count=4),
     "lower": sp.Barrier(-4e-3, 0.6),
-    "upper": sp.Barrier(4e-3, 0.6, side="below"),
+    "upper": sp.Barrier(4e-3, 0.6, free_side="below"),
 }
 band = sp.System(**parts, shake=sp.SpectralExcitation.from_psd((10, 2000), 0.02, "g2/Hz"))
 white = sp.System(**parts, shake=sp.WhiteNoise.from_psd(0.02, "g2/Hz"))

@@ -13,7 +13,9 @@ import springpot as sp
 
 
 def wall(position):
-    return sp.Oscillator(springpot=sp.Springpot(0.5, 0.3), barrier=sp.Barrier(position, restitution=0.9, side="above"))
+    return sp.Oscillator(
+        springpot=sp.Springpot(0.5, 0.3), barrier=sp.Barrier(position, restitution=0.9, free_side="above")
+    )
 
 
 runs = [

@@ -33,7 +33,7 @@ def bistable(resistance, gap):
     return sp.System(
         sp.Mass(MASS), sp.Spring(-STIFFNESS / 2.0), sp.PolynomialSpring((0.0, 0.0, STIFFNESS / (2.0 * WELL**2))),
         sp.Dashpot(0.02), circuit(resistance), GROUND,
-        left=sp.Barrier(-gap, restitution=0.6), right=sp.Barrier(gap, restitution=0.6, side="below"),
+        left=sp.Barrier(-gap, restitution=0.6), right=sp.Barrier(gap, restitution=0.6, free_side="below"),
     )  # fmt: skip
 
 

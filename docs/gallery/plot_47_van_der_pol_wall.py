@@ -19,7 +19,7 @@ import springpot as sp
 def excited(coefficient):
     return sp.System(
         sp.Spring(1.0), sp.VanDerPol(0.4, length=1.0), sp.Springpot(0.6, coefficient),
-        sp.Barrier(1.2, restitution=0.9, side="below"), sp.WhiteNoise(0.02),
+        sp.Barrier(1.2, restitution=0.9, free_side="below"), sp.WhiteNoise(0.02),
     )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ import springpot as sp
 def pressed(restitution):
     """A wall at x = 0.2 holds the mass away from its equilibrium; the noise has a correlation time of 0.5 s."""
     return sp.System(
-        sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.Barrier(0.2, restitution, side="above"),
+        sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.Barrier(0.2, restitution, free_side="above"),
         sp.ColoredNoise(1.0, correlation_time=0.5),
     )  # fmt: skip
 

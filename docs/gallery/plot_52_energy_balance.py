@@ -20,7 +20,7 @@ PARTS = {
     "air": sp.PolynomialDashpot((0.0, 0.5)),  # N s^2/m^2, quadratic in the speed
     "coil": sp.PiezoelectricCircuit(coupling=0.002, resistance=2e5, capacitance=5e-8),  # N/V, ohm, F
     "lower": sp.Barrier(-0.002, restitution=0.5),  # m
-    "upper": sp.Barrier(0.002, restitution=0.5, side="below"),
+    "upper": sp.Barrier(0.002, restitution=0.5, free_side="below"),
 }
 LOOK = {"circuit": "green", "rubber": "sky", "air": "purple", "stops": "vermilion"}
 

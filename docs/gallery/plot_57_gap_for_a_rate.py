@@ -15,7 +15,7 @@ import springpot as sp
 gap = sp.free("gap", 1.5e-3, (2e-4, 8e-3))  # m
 armature = sp.System(
     sp.Mass(0.02), sp.Spring(800.0), sp.Springpot(0.4, 3.0),
-    sp.Barrier(gap, side="below"), sp.WhiteNoise.from_psd(0.02, "g2/Hz"),
+    sp.Barrier(gap, free_side="below"), sp.WhiteNoise.from_psd(0.02, "g2/Hz"),
 )  # fmt: skip
 found = sp.design(armature, minimize="gap", subject_to={"impact_rate": (None, 2.0)})
 print(found.report())

@@ -14,7 +14,7 @@ import springpot as sp
 
 device = sp.System(
     sp.Mass(0.2), sp.Spring(80.0), sp.Springpot(0.5, 1.2), sp.WhiteNoise.from_psd(1e-4, "N2/Hz"),
-    lower=sp.Barrier(-0.002, restitution=0.7), upper=sp.Barrier(0.002, restitution=0.7, side="below"),
+    lower=sp.Barrier(-0.002, restitution=0.7), upper=sp.Barrier(0.002, restitution=0.7, free_side="below"),
 )  # fmt: skip
 gaps, restitutions = np.linspace(0.0005, 0.0035, 7), [0.9, 0.7, 0.5]
 tree = sp.study(

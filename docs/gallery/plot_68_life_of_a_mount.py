@@ -19,7 +19,7 @@ force = {"force_on_ground": curve}
 
 
 def counted(gap):
-    stops = {"lower": sp.Barrier(-gap, 0.6), "upper": sp.Barrier(gap, 0.6, side="below")}
+    stops = {"lower": sp.Barrier(-gap, 0.6), "upper": sp.Barrier(gap, 0.6, free_side="below")}
     box = sp.System(sp.Mass(2.5), **mounts, **stops, shake=shake)
     return sp.simulate(box, paths=1600, duration=4.0, slowest_counted_impact=0.02, rainflow=force, seed=1)
 

@@ -135,7 +135,7 @@ def test_theory_json_has_one_object_per_method(capsys: pytest.CaptureFixture[str
     assert answer["system"]["parts"] == [
         {"name": "spring", "kind": "spring", "stiffness": 9.0},
         {"name": "springpot", "kind": "springpot", "order": 0.7, "coefficient": 0.2},
-        {"name": "barrier", "kind": "barrier", "position": 0.0, "restitution": 1.0, "side": "above"},
+        {"name": "barrier", "kind": "barrier", "position": 0.0, "restitution": 1.0, "free_side": "above"},
         {"name": "white_noise", "kind": "white_noise", "intensity": 1.0, "on": "mass"},
     ]
     assert answer["averaging_printed"]["amplitude_mean_square"] == pytest.approx(3.519, abs=5e-4)
@@ -207,7 +207,7 @@ def test_help_states_the_librarys_defaults(capsys: pytest.CaptureFixture[str]) -
 def test_simulate_passes_every_flag_on(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     words = (
         "--order 0.25 --coefficient 2 --natural-frequency 3 --intensity 4 --position -0.5 --restitution 0.9"
-        " --side below --paths 7 --duration 9 --step 1e-2 --window 3 8.5 --seed 11 --threads 2 --scheme grunwald"
+        " --free-side below --paths 7 --duration 9 --step 1e-2 --window 3 8.5 --seed 11 --threads 2 --scheme grunwald"
         " --start stationary --initial-position -1.5 --initial-velocity -2 --derivative riemann-liouville"
         " --memory-tolerance 1e-8 --contact-tolerance 2e-5"
     )
@@ -217,7 +217,7 @@ def test_simulate_passes_every_flag_on(asked: dict[str, Any], capsys: pytest.Cap
         "system": springpot.Oscillator(
             natural_frequency=3.0,
             springpot=springpot.Springpot(order=0.25, coefficient=2.0),
-            barrier=springpot.Barrier(position=-0.5, restitution=0.9, side="below"),
+            barrier=springpot.Barrier(position=-0.5, restitution=0.9, free_side="below"),
             excitation=springpot.WhiteNoise(intensity=4.0),
         ),
         "paths": 7,
@@ -395,7 +395,7 @@ def test_a_refused_argument_is_named_as_its_flag(
     ("library", "command"),
     [
         ("start='stationary' needs noise.", "--start stationary needs noise."),
-        ("initial_position is -1 (side='above').", "--initial-position is -1 (--side above)."),
+        ("initial_position is -1 (free_side='above').", "--initial-position is -1 (--free-side above)."),
         (
             "step cannot be given with rtol; only seed and threads can.",
             "--step cannot be given with --rtol; only seed and threads can.",

@@ -145,7 +145,7 @@ def test_an_argument_without_effect_is_warned_of(oscillator: sp.Oscillator, give
 
 
 def test_arguments_with_an_effect_are_not_warned_of() -> None:
-    walled = sp.Oscillator(barrier=sp.Barrier(0.5, 0.8, side="above"))
+    walled = sp.Oscillator(barrier=sp.Barrier(0.5, 0.8, free_side="above"))
     for oscillator, given in (
         (walled, {"derivative": "riemann-liouville", "memory_tolerance": 1e-9}),
         (sp.Oscillator(), {"derivative": "riemann-liouville", "initial_position": 1.0}),

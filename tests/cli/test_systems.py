@@ -15,7 +15,7 @@ from tests.struck import rates_of
 
 DUFFING = sp.System(
     sp.Mass(0.2), sp.Spring(80.0), sp.PolynomialSpring((0.0, 0.0, 4e5)), sp.Dashpot(0.4), sp.Barrier(-0.003),
-    sp.Barrier(0.005, side="below"), sp.WhiteNoise(5e-5),
+    sp.Barrier(0.005, free_side="below"), sp.WhiteNoise(5e-5),
 )  # fmt: skip
 
 
@@ -95,7 +95,7 @@ def test_a_file_that_is_an_oscillator_runs_as_one(tmp_path: Path, capsys: pytest
     place.write_text(sp.to_toml(asked), encoding="utf-8")
     flags = ["--paths", "64", "--duration", "2", "--start", "rest", "--json"]
     numbers = sp.Dimensionless.of(asked).numbers
-    words = [f"--{name.replace('_', '-')}={numbers[name]}" for name in numbers if name not in ("side", "barrier")]
+    words = [f"--{name.replace('_', '-')}={numbers[name]}" for name in numbers if name not in ("free_side", "barrier")]
     assert cli.main(["simulate", str(place), *flags]) == 0
     from_file = json.loads(capsys.readouterr().out)
     assert cli.main(["simulate", *words, *flags]) == 0

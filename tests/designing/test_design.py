@@ -26,7 +26,7 @@ from springpot.problem.free_numbers import with_values
 
 def damped(c: Any, gap: Any = 1.0) -> sp.System:
     position = -gap if not isinstance(gap, Free) else gap
-    return sp.System(sp.Spring(4.0), sp.Dashpot(c), sp.Barrier(position, side="above"), sp.WhiteNoise(1.0))
+    return sp.System(sp.Spring(4.0), sp.Dashpot(c), sp.Barrier(position, free_side="above"), sp.WhiteNoise(1.0))
 
 
 def test_the_search_finds_the_corner_of_two_limits() -> None:

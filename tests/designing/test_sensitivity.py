@@ -41,7 +41,7 @@ def test_theory_has_the_exponents_of_the_closed_forms(method: str) -> None:
 def test_theory_away_from_power_laws_equals_the_derivative_of_the_closed_form() -> None:
     """Elastic wall at b, order 1: rate = Omega exp(-b^2 / 2 s^2) / (2 pi Phi(-b / s)), s^2 = q / (2 c Omega^2)."""
     b, frequency, c, q = -0.7, 2.0, 0.4, 3.0
-    wall = sp.Oscillator(frequency, sp.Springpot(1.0, c), sp.Barrier(b, side="above"), sp.WhiteNoise(q))
+    wall = sp.Oscillator(frequency, sp.Springpot(1.0, c), sp.Barrier(b, free_side="above"), sp.WhiteNoise(q))
     u = b / math.sqrt(q / (2.0 * c * frequency**2))
     # d ln rate / d ln b = u d/du [-u^2/2 - ln Phi(-u)] = u (-u + phi(u) / Phi(-u))
     hazard = math.exp(-0.5 * u * u) / math.sqrt(2.0 * math.pi) / (0.5 * math.erfc(u / math.sqrt(2.0)))

@@ -61,7 +61,7 @@ def test_the_mean_over_devices_is_not_the_nominal_device() -> None:
 def test_a_free_centre_moves_with_its_law() -> None:
     gap = sp.uncertain("gap", sp.free("g", 0.006, (0.002, 0.01)), cov=0.1)
     device = sp.System(
-        sp.Mass(0.8), sp.Spring(3200.0), sp.Barrier(-gap, 0.7), sp.Barrier(1.5 * gap, 0.7, side="below"),
+        sp.Mass(0.8), sp.Spring(3200.0), sp.Barrier(-gap, 0.7), sp.Barrier(1.5 * gap, 0.7, free_side="below"),
         sp.WhiteNoise(1.0),
     )  # fmt: skip
     assert [*free_numbers(device)] == ["g"]

@@ -52,7 +52,7 @@ def test_a_cell_is_found_again_in_si_units(cell: Cell) -> None:
         parts.append(sp.PolynomialSpring((0.0, 0.0, cell.hardening * force / length**3)))
     for part in system_of(cell).parts:
         if isinstance(part, sp.Barrier):
-            parts.append(sp.Barrier(part.position * length, part.restitution, part.side))
+            parts.append(sp.Barrier(part.position * length, part.restitution, part.free_side))
         elif isinstance(part, sp.WhiteNoise):
             parts.append(sp.WhiteNoise(force**2 * time))
         elif isinstance(part, sp.ColoredNoise):

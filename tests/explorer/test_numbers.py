@@ -35,7 +35,7 @@ def gathered(system: sp.System, *, speeds: float = 0.0, **given: object) -> Gath
 @pytest.mark.parametrize("position", [validation(-1.0), validation(0.0), validation(0.5), 5.0])
 def test_a_density_of_the_amplitude_is_drawn_where_it_is(position: float) -> None:
     """Under preload too, where it begins far from 0: nearly all of it, and no needle in a wide chart."""
-    system = sp.Oscillator(springpot=sp.Springpot(1.0, 0.2), barrier=sp.Barrier(position, 1.0, side="above"))
+    system = sp.Oscillator(springpot=sp.Springpot(1.0, 0.2), barrier=sp.Barrier(position, 1.0, free_side="above"))
     answers = {name: answer for name in METHODS if (answer := solve(system, name)[0]) is not None}
     found = table(system, answers, {})
     places = np.array(found["places"]["amplitude"])
@@ -96,11 +96,11 @@ PAIR = (
 # what a path moves against, and the share of its time that it spends beyond the place of the wall, at most
 MOVING = {
     "a wall below": (LOSSY, 0.0),
-    "a wall above": (sp.System(*PARTS, sp.Barrier(0.3, 0.8, side="below")), 0.0),
+    "a wall above": (sp.System(*PARTS, sp.Barrier(0.3, 0.8, free_side="below")), 0.0),
     "a weight on a wall": (sp.System(*PARTS, sp.Constant(-2.0), sp.Barrier(-1.5, 0.8)), 0.0),
-    "a soft contact above": (sp.System(*PARTS, sp.Contact(0.3, 20.0, side="below")), 0.3),
+    "a soft contact above": (sp.System(*PARTS, sp.Contact(0.3, 20.0, free_side="below")), 0.3),
     "two masses": (
-        sp.System(*PAIR, sp.WhiteNoise(1.0, on="b"), sp.Barrier(0.5, 0.8, side="below", between=("a", "b"))), 0.0,
+        sp.System(*PAIR, sp.WhiteNoise(1.0, on="b"), sp.Barrier(0.5, 0.8, free_side="below", between=("a", "b"))), 0.0,
     ),
 }  # fmt: skip
 
@@ -122,7 +122,7 @@ def test_a_shown_path_is_a_path_of_the_run(name: str) -> None:
         np.testing.assert_array_equal(shown.v, found[:, :, 1].T)
         assert len(shown.impacts) > 0
         (wall,) = system.stops.values()
-        gap = (1.0 if wall.side == "above" else -1.0) * (shown.rows[0] @ shown.x - wall.position)
+        gap = (1.0 if wall.free_side == "above" else -1.0) * (shown.rows[0] @ shown.x - wall.position)
         past = np.mean(gap < -1e-5)
         assert past <= beyond
         assert (past > 0.0) == (beyond > 0.0)

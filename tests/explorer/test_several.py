@@ -112,7 +112,7 @@ def test_the_shown_path_is_that_of_the_run_and_strikes_where_it_counts() -> None
     _, x, v, times, speeds, walls, _ = player.due()
     assert np.shape(x) == np.shape(v) == (4, np.shape(x)[1])
     assert len(times) == len(speeds) == len(walls) > 0
-    above = np.array([wall.side == "above" for wall in system.stops.values()])[np.asarray(walls)]
+    above = np.array([wall.free_side == "above" for wall in system.stops.values()])[np.asarray(walls)]
     assert ((np.asarray(speeds) > 0.0) == above).mean() > 0.9
 
 

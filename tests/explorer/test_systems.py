@@ -70,7 +70,7 @@ def test_every_kind_of_part_has_its_sliders() -> None:
     system = sp.System(
         sp.Mass(2.0), sp.Spring(80.0), sp.PolynomialSpring((0.0, 1.0, 5.0)), sp.PolynomialDashpot((0.1, 0.2, 0.3)),
         sp.VanDerPol(0.1, 0.5), sp.FractionalMaxwell(sp.Springpot(0.5, 1.0), sp.Spring(2.0)), sp.Maxwell(2.0, 1.0),
-        sp.Barrier(-0.3, sp.PowerRestitution(0.7, 0.1)), sp.Barrier(0.4, lambda speed: 0.5, side="below"),
+        sp.Barrier(-0.3, sp.PowerRestitution(0.7, 0.1)), sp.Barrier(0.4, lambda speed: 0.5, free_side="below"),
         sp.Dashpot(sp.free("c", 0.4, (0.1, 0.9))), sp.Constant(-0.5), sp.Harmonic(0.1, 20.0),
         sp.PoissonImpulses(2.0, 0.1), sp.ParametricNoise(0.1),
         sp.Friction(0.0), sp.Force(abs),
@@ -169,7 +169,7 @@ def test_a_system_that_is_the_paper_s_problem_has_its_numbers_too() -> None:
 
 def test_a_wall_that_is_left_out_makes_another_system_the_paper_s() -> None:
     system = sp.System(
-        sp.Spring(8.0), sp.Springpot(0.5, 1.0), sp.Barrier(-0.2), sp.Barrier(0.3, side="below"), sp.WhiteNoise(1.0)
+        sp.Spring(8.0), sp.Springpot(0.5, 1.0), sp.Barrier(-0.2), sp.Barrier(0.3, free_side="below"), sp.WhiteNoise(1.0)
     )
     opened = Opened(system, "device.toml")
     assert question_of(Problem(), opened).papers == ()
@@ -196,7 +196,7 @@ def test_a_system_without_dampers_has_its_words() -> None:
 
 def test_theory_of_a_system_for_the_page() -> None:
     system = sp.System(
-        sp.Spring(4.0), sp.Dashpot(0.5), sp.Barrier(-0.3), sp.Barrier(0.9, side="below"), sp.WhiteNoise(1.0)
+        sp.Spring(4.0), sp.Dashpot(0.5), sp.Barrier(-0.3), sp.Barrier(0.9, free_side="below"), sp.WhiteNoise(1.0)
     )
     answers = {name: answer for name in METHODS if (answer := solve(system, name)[0]) is not None}
     found: dict[str, Any] = table(system, answers, {})

@@ -28,7 +28,8 @@ GAP = sp.uncertain("gap", 0.006, sd=0.0006, bounds=(0.003, 0.009))
 DEVICE = sp.System(
     sp.Mass(0.8), sp.Spring(sp.uncertain("k", 3200.0, cov=0.05)),
     sp.Springpot(sp.uncertain("order", bounds=(0.28, 0.32)), sp.uncertain("C", 150.0, cov=0.10)),
-    lower=sp.Barrier(-GAP, 0.7), upper=sp.Barrier(GAP, 0.7, side="below"), noise=sp.WhiteNoise.from_psd(0.01, "g2/Hz"),
+    lower=sp.Barrier(-GAP, 0.7), upper=sp.Barrier(GAP, 0.7, free_side="below"),
+    noise=sp.WhiteNoise.from_psd(0.01, "g2/Hz"),
 )  # fmt: skip
 OPENED = Opened(DEVICE, "device.toml")
 QUICK = "paths=64"

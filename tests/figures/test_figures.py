@@ -131,7 +131,7 @@ def test_a_path_is_the_recorded_one() -> None:
 @pytest.mark.parametrize(("position", "side"), [validation(0.0, "above"), validation(-0.3, "above"), (0.4, "below")])
 def test_the_impacts_marked_are_those_of_the_run(position: float, side: str) -> None:
     """All paths recorded: as many marks as impacts were counted, but for those that share a step or graze."""
-    problem = oscillator(0.5, 0.3, position=position, side=side)
+    problem = oscillator(0.5, 0.3, position=position, free_side=side)
     paths, away = 24, 1.0 if side == "above" else -1.0
     run = sp.simulate(
         problem, paths=paths, record=paths, duration=40.0, step=0.005, window=(0.0, 40.0),

@@ -153,7 +153,7 @@ SPRINGS = ((1.0, -2.0), (0.4, -0.3))  # natural frequency, place of the stop
 
 
 def stopped(frequency: float, gap: float, order: float, C: float, r: float, q: float) -> Any:
-    return sp.Oscillator(frequency, sp.Springpot(order, C), sp.Barrier(gap, r, side="above"), sp.WhiteNoise(q))
+    return sp.Oscillator(frequency, sp.Springpot(order, C), sp.Barrier(gap, r, free_side="above"), sp.WhiteNoise(q))
 
 
 @cache

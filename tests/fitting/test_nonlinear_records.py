@@ -29,7 +29,9 @@ BOUNDS = {
 
 
 def wall(k: float, order: float, C: float, gap: float, r: float, q: float, on: str = "mass") -> sp.System:
-    return sp.System(sp.Spring(k), sp.Springpot(order, C), sp.Barrier(gap, r, side="above"), sp.WhiteNoise(q, on=on))
+    return sp.System(
+        sp.Spring(k), sp.Springpot(order, C), sp.Barrier(gap, r, free_side="above"), sp.WhiteNoise(q, on=on)
+    )
 
 
 def on_ground(**numbers: float) -> sp.System:
@@ -41,7 +43,7 @@ def duffing(k: float, order: float, C: float, k3: float, q: float) -> sp.System:
 
 
 def soft(k: float, order: float, C: float, gap: float, kc: float, q: float) -> sp.System:
-    return sp.System(sp.Spring(k), sp.Springpot(order, C), sp.Contact(gap, kc, side="above"), sp.WhiteNoise(q))
+    return sp.System(sp.Spring(k), sp.Springpot(order, C), sp.Contact(gap, kc, free_side="above"), sp.WhiteNoise(q))
 
 
 def free(system: Callable[..., sp.System], start: dict[str, float]) -> sp.System:
@@ -231,8 +233,8 @@ def test_two_walls_are_mirror_images() -> None:
     mirrored = sp.MeasuredRecord(data.time, -data.values)
     q = sp.free("q", 10.0, (0.1, 100.0))
     parts = sp.Spring(40.0), sp.Springpot(0.5, 3.0), sp.WhiteNoise(q)
-    walls = sp.Barrier(-0.08, 0.7, side="above"), sp.Barrier(2.0, 0.5, side="below")
-    other = sp.Barrier(0.08, 0.7, side="below"), sp.Barrier(-2.0, 0.5, side="above")
+    walls = sp.Barrier(-0.08, 0.7, free_side="above"), sp.Barrier(2.0, 0.5, free_side="below")
+    other = sp.Barrier(0.08, 0.7, free_side="below"), sp.Barrier(-2.0, 0.5, free_side="above")
     here, there = sp.fit(sp.System(*parts, *walls), data), sp.fit(sp.System(*parts, *other), mirrored)
     assert there.values["q"] == pytest.approx(here.values["q"], rel=1e-6)
 

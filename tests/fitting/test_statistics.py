@@ -29,7 +29,7 @@ W, Q = sp.free("w", 1.1, (0.3, 3.0)), sp.free("q", 0.8, (0.2, 5.0))
 
 def struck(w: float, q: float, gap: float = -0.5, c: float = 0.4) -> Any:
     """A dashpot and an elastic wall: its statistics are known exactly."""
-    return sp.Oscillator(w, sp.Springpot(1.0, c), sp.Barrier(gap, 1.0, side="above"), sp.WhiteNoise(q))
+    return sp.Oscillator(w, sp.Springpot(1.0, c), sp.Barrier(gap, 1.0, free_side="above"), sp.WhiteNoise(q))
 
 
 def exactly(gap: float, names: tuple[str, ...], error: float = 0.02) -> sp.MeasuredStatistics:

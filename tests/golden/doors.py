@@ -49,15 +49,15 @@ thermal_noise, parametric_noise = sp.ThermalNoise, sp.ParametricNoise
 poisson_impulses, harmonic = sp.PoissonImpulses, sp.Harmonic
 
 
-def wall(position: Any, restitution: Any = 1.0, side: str = "above") -> Any:
+def wall(position: Any, restitution: Any = 1.0, free_side: str = "above") -> Any:
     """A rigid wall; the mass moves on the side that is named."""
-    return sp.Barrier(position, restitution, side=side)  # type: ignore[arg-type]
+    return sp.Barrier(position, restitution, free_side=free_side)  # type: ignore[arg-type]
 
 
 def contact(
-    position: float, stiffness: float, exponent: float = 1.5, dissipation: float = 0.0, side: str = "above"
+    position: float, stiffness: float, exponent: float = 1.5, dissipation: float = 0.0, free_side: str = "above"
 ) -> Any:
-    return sp.Contact(position, stiffness, exponent, dissipation, side)  # type: ignore[arg-type]
+    return sp.Contact(position, stiffness, exponent, dissipation, free_side)  # type: ignore[arg-type]
 
 
 def system(*parts: Any) -> Any:
@@ -344,7 +344,7 @@ _DEVICE = [
     {"kind": "spring", "stiffness": 2.0},
     {"kind": "polynomial_spring", "coefficients": [0.0, 0.0, 0.1]},
     {"kind": "springpot", "order": 0.5, "coefficient": 0.2},
-    {"kind": "barrier", "name": "stop", "position": -0.5, "restitution": 0.8, "side": "above"},
+    {"kind": "barrier", "name": "stop", "position": -0.5, "restitution": 0.8, "free_side": "above"},
     {"kind": "white_noise", "intensity": 0.3},
 ]
 _OF_SYSTEMS: dict[str, Any] = {
@@ -356,7 +356,7 @@ _OF_SYSTEMS: dict[str, Any] = {
     "axes": {"parts.spring.stiffness": [1.0, 2.0], "parts.stop.restitution": [1.0, 0.7]},
     "monte_carlo": {"paths": 128, "duration": 20.0, "step": 0.02},
 }
-_UPPER = {"kind": "barrier", "name": "top", "position": 0.7, "restitution": 0.9, "side": "below"}
+_UPPER = {"kind": "barrier", "name": "top", "position": 0.7, "restitution": 0.9, "free_side": "below"}
 STUDIES: dict[str, dict[str, Any]] = {
     "plain": {**_STUDY, "monte_carlo": {"paths": 128, "duration": 20.0, "step": 0.02}},
     "rtol": {**_STUDY, "monte_carlo": {"rtol": 0.1}},
@@ -369,7 +369,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     "theory": {
         **_STUDY,
         "methods": ["averaging_printed", "averaging", "averaging_amplitude", "envelope", "memory_closure", "exact"],
-        "fixed": {"side": "below", "natural_frequency": 2.0},
+        "fixed": {"free_side": "below", "natural_frequency": 2.0},
         "axes": {"order": [0.3, 1.0], "coefficient": [0.1, 1.0], "position": [0.4, -0.2], "restitution": [1.0, 0.8]},
     },
     "systems": _OF_SYSTEMS,

@@ -35,7 +35,7 @@ import sys
 import springpot as sp
 FEW = sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0)
 NEARLY_LINEAR = sp.PolynomialSpring((0.0, 0.0, 1e-12))
-AWAY = sp.Barrier(-200.0), sp.Barrier(200.0, side="below")
+AWAY = sp.Barrier(-200.0), sp.Barrier(200.0, free_side="below")
 numbers = sp.simulate({model}, paths=64, seed=1).to_xarray()
 assert numbers["x_mean_square"].item() > 0.0
 slow = "scipy.special", "scipy.optimize", "scipy.stats", "dask", "matplotlib", "numba.typed.typeddict"

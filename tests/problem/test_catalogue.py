@@ -82,14 +82,14 @@ COLLIDING = {
     "power that is fed in": ((sp.Spring(1.0),), {"input": sp.ColoredNoise(1.0, 2.0)}, "input_power"),
     "all walls": ((sp.Spring(1.0),), {"stop": sp.Barrier(0.0), "barrier": sp.ColoredNoise(1.0, 2.0)}, "barrier_power"),
     "counted impacts": (
-        (sp.Spring(1.0),), {"stop": sp.Barrier(-1.0), "stop_counted": sp.Barrier(1.0, side="below")},
+        (sp.Spring(1.0),), {"stop": sp.Barrier(-1.0), "stop_counted": sp.Barrier(1.0, free_side="below")},
         "stop_counted_impact_rate"),
     "counted impacts of several": (
         (*TWO, sp.Spring(1.0, between=LINK)),
         {"stop": sp.Barrier(-1.0, between=LINK), "stop_counted": sp.Barrier(-1.0, between=LID)},
         "stop_counted_impact_rate"),
     "peak forces": (
-        (sp.Spring(1.0),), {"stop": sp.Contact(-1.0, 9.0), "stop_peak": sp.Contact(1.0, 9.0, side="below")},
+        (sp.Spring(1.0),), {"stop": sp.Contact(-1.0, 9.0), "stop_peak": sp.Contact(1.0, 9.0, free_side="below")},
         "stop_peak_force_mean"),
     "a part like a mass": ((*TWO, sp.Spring(1.0, between=LINK)), {"box": sp.Dashpot(1.0, between=LID)}, "box_distance"),
     "a part like a pair": (

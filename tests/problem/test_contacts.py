@@ -38,7 +38,7 @@ def test_the_restitution_solves_its_equation(strength: float) -> None:
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
 def test_one_impact_has_that_restitution(exponent: float, chi: float) -> None:
     v = 1.5
-    stop = sp.Contact(0.0, 2e6, exponent, dissipation=chi, side="above")
+    stop = sp.Contact(0.0, 2e6, exponent, dissipation=chi, free_side="above")
     ball = sp.System(sp.Mass(0.5), sp.Spring(1e-6), stop, sp.WhiteNoise(0.0))
     run = sp.simulate(ball, paths=1, record=1, step=1e-6, duration=0.02, initial_position=1e-5, initial_velocity=-v)
     x, after = run.record[0, -1]

@@ -127,7 +127,7 @@ def test_300_coordinates_and_a_stop(modes: int, residual: list[str]) -> None:
     assert len(system.coordinates.names) == 8
     assert sp.theory.modes(system).frequencies[0] == pytest.approx(1.875104069**2, rel=1e-7)
     stopped = sp.System(
-        *system.parts, sp.ThermalNoise(0.6), stop=sp.Barrier(0.0, 1.0, side="above", between=("ground", "tip"))
+        *system.parts, sp.ThermalNoise(0.6), stop=sp.Barrier(0.0, 1.0, free_side="above", between=("ground", "tip"))
     )
     exact = sp.theory.exact(stopped)
     assert exact.numbers["tip_x_mean_square"] == pytest.approx(0.2, rel=1e-6 if residual else 3e-4)

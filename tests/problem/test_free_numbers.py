@@ -46,7 +46,7 @@ def test_theory_and_simulation_take_the_start() -> None:
     assert sp.theory.envelope(free).impact_rate == sp.theory.envelope(fixed).impact_rate
     found = [sp.simulate(each, paths=8, duration=2.0, seed=3).estimates for each in (free, fixed)]
     assert repr(found[0]) == repr(found[1])
-    walls = sp.Barrier(-0.5), sp.Barrier(1.2, side="below")
+    walls = sp.Barrier(-0.5), sp.Barrier(1.2, free_side="below")
     stiffening = sp.PolynomialSpring((0.0, 0.0, sp.free("k3", 1.0, (0.0, 2.0))))
     spring = sp.Spring(sp.free("k", 1.0, (0.5, 2.0)))
     system = sp.System(spring, stiffening, sp.Dashpot(0.4), *walls, sp.WhiteNoise(1.0))
@@ -117,7 +117,7 @@ def test_one_number_at_two_places() -> None:
     """A symmetric gap by one free number: -gap was silently a fixed number."""
     gap = sp.free("gap", 0.004, (0.001, 0.006))
     spring = sp.Spring(2.0 * sp.free("k", 4.0, (1.0, 9.0)))
-    stops = sp.Barrier(-gap, 0.6), sp.Barrier(gap + 0.001, 0.6, side="below")
+    stops = sp.Barrier(-gap, 0.6), sp.Barrier(gap + 0.001, 0.6, free_side="below")
     device = sp.System(sp.Mass(2.0), spring, *stops, sp.WhiteNoise(1.0))
     assert {name: (float(n), n.low, n.high) for name, n in free_numbers(device).items()} == {
         "gap": pytest.approx((0.004, 0.001, 0.006)), "k": pytest.approx((4.0, 1.0, 9.0)),

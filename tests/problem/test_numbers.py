@@ -51,7 +51,7 @@ KINDS_OF_FORCES = (
 )  # fmt: skip
 FEWER = System(*(part for part in ONE_OF_EACH if not isinstance(part, KINDS_OF_FORCES)))  # a kernel holds eight forces
 OTHERS = System(*(part for part in ONE_OF_EACH if isinstance(part, (sp.Mass, sp.Spring, *KINDS_OF_FORCES))))
-SOFT = System(sp.Spring(1.0), sp.Contact(-1.0, 5.0), sp.Contact(1.0, 5.0, side="below"),
+SOFT = System(sp.Spring(1.0), sp.Contact(-1.0, 5.0), sp.Contact(1.0, 5.0, free_side="below"),
               yielding=sp.Barrier(-2.0, sp.PowerRestitution(0.7, 0.1)))  # fmt: skip
 WARM = System(sp.Spring(1.0), sp.Springpot(0.5, 0.1), sp.ThermalNoise(0.5), sp.PiezoelectricCircuit(0.1, 2.0, 0.5))
 
@@ -76,7 +76,7 @@ def test_every_number_of_every_part_can_be_replaced() -> None:
 
 def test_numbers_are_replaced_together() -> None:
     """Walls that pass each other's place one after the other, and coefficients that are all 0 in between."""
-    room = System(sp.Spring(1.0), lower=sp.Barrier(-1.0), upper=sp.Barrier(1.0, side="below"))
+    room = System(sp.Spring(1.0), lower=sp.Barrier(-1.0), upper=sp.Barrier(1.0, free_side="below"))
     moved = with_numbers(room, {"parts.lower.position": 2.0, "parts.upper.position": 3.0})
     assert [wall.position for wall in moved.of(sp.Barrier)] == [2.0, 3.0]
     bent = System(sp.Spring(1.0), bend=sp.PolynomialSpring((0.0, 0.0, 1.0)))
@@ -110,7 +110,10 @@ def test_units_are_of_the_mass_or_per_unit_mass() -> None:
     [
         ("parts.sprng.stiffness", "the system has no part 'sprng'; did you mean spring?"),
         ("parts.wall.position", "the system has no part 'wall': its parts are mass, spring, "),
-        ("parts.barrier.side", "barrier (barrier) has no number 'side'; its numbers are position and restitution."),
+        (
+            "parts.barrier.free_side",
+            "barrier (barrier) has no number 'free_side'; its numbers are position and restitution.",
+        ),
         ("parts.barrier.positin", "barrier (barrier) has no number 'positin'; did you mean position?"),
         (
             "parts.recorded_excitation.values",
@@ -136,7 +139,7 @@ def test_a_part_that_refuses_a_value_is_named() -> None:
 PARTS_OF_RUNS = [
     FEWER, OTHERS, SOFT, WARM, System(sp.Spring(1.0), sp.PiezoelectricCircuit(0.5, 2.0, 1.0), sp.WhiteNoise(1.0)),
     System(sp.Spring(1.0), sp.Dashpot(0.1), sp.ColoredNoise(1.0, 0.5), sp.Barrier(-1.0, 0.5),
-           b=sp.Barrier(1.0, side="below")),
+           b=sp.Barrier(1.0, free_side="below")),
     System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0), sp.Contact(-1.0, 5.0),
            push=sp.Force(lambda t, x, v: 0.1 * x)),
     System(sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Springpot(0.0, 1.0), sp.VanDerPol(0.1), sp.ParametricNoise(0.1)),

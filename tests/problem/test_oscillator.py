@@ -16,7 +16,7 @@ positive = st.floats(min_value=1e-3, max_value=1e3)
 
 
 def test_the_default_problem_is_the_papers() -> None:
-    wall = Barrier(position=0.0, restitution=1.0, side="above")
+    wall = Barrier(position=0.0, restitution=1.0, free_side="above")
     parts = Spring(1.0), Springpot(order=0.5, coefficient=1.0), wall, WhiteNoise(intensity=1.0)
     assert Oscillator() == System(*parts)
     assert Dimensionless.of(Oscillator()) == Dimensionless() == Dimensionless(1.0, *parts[1:])
@@ -40,11 +40,13 @@ def test_dimensionless_numbers_do_not_feel_the_unit_of_time(
     frequency: float, intensity: float, order: float, coefficient: float, factor: float
 ) -> None:
     """Measured in a unit of time 1/factor as long, rates grow by the factor; C has s^(alpha-2), q has s^-3."""
-    here = Dimensionless(frequency, Springpot(order, coefficient), Barrier(0.7, side="above"), WhiteNoise(intensity))
+    here = Dimensionless(
+        frequency, Springpot(order, coefficient), Barrier(0.7, free_side="above"), WhiteNoise(intensity)
+    )
     there = Dimensionless(
         frequency * factor,
         Springpot(order, coefficient * factor ** (2.0 - order)),
-        Barrier(0.7, side="above"),
+        Barrier(0.7, free_side="above"),
         WhiteNoise(intensity * factor**3),
     )
     assert there.dimensionless_coefficient == pytest.approx(here.dimensionless_coefficient, rel=1e-9)
@@ -58,9 +60,9 @@ def test_dimensionless_numbers_do_not_feel_the_unit_of_time(
 def test_dimensionless_position_does_not_feel_the_unit_of_length(
     intensity: float, position: float, factor: float
 ) -> None:
-    here = Dimensionless(barrier=Barrier(position, side="above"), excitation=WhiteNoise(intensity))
+    here = Dimensionless(barrier=Barrier(position, free_side="above"), excitation=WhiteNoise(intensity))
     there = Dimensionless(
-        barrier=Barrier(position * factor, side="above"), excitation=WhiteNoise(intensity * factor**2)
+        barrier=Barrier(position * factor, free_side="above"), excitation=WhiteNoise(intensity * factor**2)
     )
     assert there.dimensionless_position == pytest.approx(here.dimensionless_position, rel=1e-9)
 
@@ -75,8 +77,8 @@ def test_known_values() -> None:
 
 
 def test_the_mirror_image_has_the_same_dimensionless_position() -> None:
-    above = Dimensionless(barrier=Barrier(position=0.3, side="above"))
-    below = Dimensionless(barrier=Barrier(position=-0.3, side="below"))
+    above = Dimensionless(barrier=Barrier(position=0.3, free_side="above"))
+    below = Dimensionless(barrier=Barrier(position=-0.3, free_side="below"))
     assert above.dimensionless_position == below.dimensionless_position == pytest.approx(0.3)
 
 
@@ -90,7 +92,7 @@ def test_without_noise_there_is_no_length_to_compare_with() -> None:
     silent = WhiteNoise(intensity=0.0)
     assert Dimensionless(excitation=silent).length_scale == 0.0
     assert Dimensionless(excitation=silent).dimensionless_position == 0.0
-    assert Dimensionless(barrier=Barrier(0.5, side="above"), excitation=silent).dimensionless_position == math.inf
+    assert Dimensionless(barrier=Barrier(0.5, free_side="above"), excitation=silent).dimensionless_position == math.inf
     assert Dimensionless(barrier=Barrier(-0.5), excitation=silent).dimensionless_position == -math.inf
 
 

@@ -107,7 +107,7 @@ def test_numbers_are_those_of_the_parts_and_names_are_none() -> None:
 def test_one_mass_with_a_name_is_one_mass() -> None:
     """Its numbers are those without a name, to the last bit."""
     parts = sp.Spring(8.0), sp.Springpot(0.5, 0.4), sp.Barrier(-0.2, 0.8), sp.WhiteNoise(1.0), sp.Constant(0.5)
-    away = sp.Barrier(200.0, side="below")
+    away = sp.Barrier(200.0, free_side="below")
     plain = sp.System(sp.Mass(2.0), *parts, away)
     named = sp.System(
         sp.Mass(2.0, at="box"),
@@ -223,12 +223,14 @@ BAD = [
     (lambda: sp.WhiteNoise.from_psd(1.0, "g2/Hz", on="a"), ValueError, "on must be left out with a density in g2/Hz"),
     (lambda: sp.System(*HELD, sp.ParametricNoise(0.1)), ValueError, "parametric_noise must say between which masses"),
     (
-        lambda: sp.System(*HELD, sp.Barrier(0.2, side="above", between=LINK), sp.Barrier(0.1, between=LINK)),
+        lambda: sp.System(*HELD, sp.Barrier(0.2, free_side="above", between=LINK), sp.Barrier(0.1, between=LINK)),
         ValueError,
         "x_b - x_a >= 0.2 and x_b - x_a <= 0.1 cannot both hold",
     ),
     (
-        lambda: sp.System(*HELD, sp.Barrier(0.2, side="above", between=LINK), sp.Barrier(-0.1, between=("b", "a"))),
+        lambda: sp.System(
+            *HELD, sp.Barrier(0.2, free_side="above", between=LINK), sp.Barrier(-0.1, between=("b", "a"))
+        ),
         ValueError,
         "x_b - x_a >= 0.2 and x_b - x_a <= 0.1 cannot both hold",
     ),
@@ -245,8 +247,8 @@ BAD = [
     (
         lambda: sp.System(
             *HELD,
-            sp.Barrier(0.1, side="above", between=LEFT),
-            sp.Barrier(0.1, side="above", between=LINK),
+            sp.Barrier(0.1, free_side="above", between=LEFT),
+            sp.Barrier(0.1, free_side="above", between=LINK),
             sp.Barrier(0.15, between=RIGHT),
         ),
         ValueError,

@@ -106,8 +106,8 @@ def test_what_a_device_becomes() -> None:
     ("wall", "barrier", "dimensionless"),
     [
         ({"gap": 0.01}, Barrier(-0.01), -1.0),
-        ({"gap": 0.01, "side": "below"}, Barrier(0.01, side="below"), -1.0),
-        ({"gap": -0.01}, Barrier(0.01, side="above"), 1.0),
+        ({"gap": 0.01, "free_side": "below"}, Barrier(0.01, free_side="below"), -1.0),
+        ({"gap": -0.01}, Barrier(0.01, free_side="above"), 1.0),
         ({"gap": 0.0}, Barrier(0.0), 0.0),
         ({}, None, None),
         ({"gap": None}, None, None),
@@ -144,9 +144,9 @@ def test_a_gap_is_the_way_to_the_stop(
         ({"of": "base", "psd_unit": "N2/Hz"}, "of='base' needs psd_unit='g2/Hz' or psd_unit='m2/s4/Hz', not 'N2/Hz'."),
         ({"gap": math.nan}, "gap must be in [-1e+50, 1e+50], not nan."),
         ({"gap": 0.1, "restitution": -0.1}, "restitution must be in [0, 1], not -0.1."),
-        ({"restitution": 0.5}, "gap must be given with restitution or side: without a gap there is no wall."),
-        ({"side": "below"}, "gap must be given with restitution or side: without a gap there is no wall."),
-        ({"gap": 0.1, "side": "left"}, "side must be 'above' (the mass moves at x >= position) or 'below'"),
+        ({"restitution": 0.5}, "gap must be given with restitution or free_side: without a gap there is no wall."),
+        ({"free_side": "below"}, "gap must be given with restitution or free_side: without a gap there is no wall."),
+        ({"gap": 0.1, "free_side": "left"}, "free_side must be 'above' (the mass moves at x >= position) or 'below'"),
     ],
 )
 def test_what_a_device_cannot_be(changed: dict[str, Any], sentence: str) -> None:
@@ -168,11 +168,11 @@ WORDS = "--mass 2 --stiffness 18 --springpot 0.5 1 --psd 4 --psd-unit N2/Hz"
 
 @pytest.mark.parametrize("command", ["theory", "atlas"])
 def test_a_device_on_the_command_line(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main([command, *f"{WORDS} --gap 0 --restitution 0.8 --side below --json".split()]) == 0
+    assert cli.main([command, *f"{WORDS} --gap 0 --restitution 0.8 --free-side below --json".split()]) == 0
     asked = json.loads(capsys.readouterr().out)["system"]
     device = Oscillator.from_device(
         mass=2.0, stiffness=18.0, springpot=(0.5, 1.0), psd=4.0, psd_unit="N2/Hz", gap=0.0, restitution=0.8,
-        side="below",
+        free_side="below",
     )  # fmt: skip
     assert asked == device.to_dict()
 
@@ -206,7 +206,7 @@ def test_a_device_simulated_and_compared(capsys: pytest.CaptureFixture[str]) -> 
         (f"{WORDS} --gap 1 --no-barrier", "--no-barrier cannot be combined with --gap: there is no wall."),
         (
             f"{WORDS} --restitution 0.5",
-            "--gap must be given with restitution or side: without a gap there is no wall.",
+            "--gap must be given with restitution or --free-side: without a gap there is no wall.",
         ),
         (f"{WORDS} --of base", "--of base needs --psd-unit g2/Hz or --psd-unit m2/s4/Hz, not 'N2/Hz'."),
         (f"{WORDS} --sides 3", "--sides must be 1 or 2, not '3'."),
@@ -234,7 +234,7 @@ def test_help_shows_the_defaults_of_an_oscillator(capsys: pytest.CaptureFixture[
     shown = {
         "order": default.springpot.order, "coefficient": default.springpot.coefficient,
         "natural-frequency": default.natural_frequency, "intensity": default.excitation.intensity,
-        "position": default.barrier.position, "restitution": default.barrier.restitution, "side": "that of x = 0",
+        "position": default.barrier.position, "restitution": default.barrier.restitution, "free-side": "that of x = 0",
     }  # fmt: skip
     for name, value in shown.items():
         entries = [after.partition(" --")[0] for after in text.split(f" --{name} ")[1:]]

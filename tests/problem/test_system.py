@@ -20,7 +20,9 @@ KICK = sp.WhiteNoise(0.02)
 
 
 def test_parts_are_called_by_their_kind_or_as_one_likes() -> None:
-    system = sp.System(sp.Spring(80.0), sp.Barrier(-1.0), sp.Barrier(1.0, side="below"), shaker=sp.WhiteNoise(0.02))
+    system = sp.System(
+        sp.Spring(80.0), sp.Barrier(-1.0), sp.Barrier(1.0, free_side="below"), shaker=sp.WhiteNoise(0.02)
+    )
     assert system.names == ("spring", "barrier_1", "barrier_2", "shaker")
     assert system.name_of(system.parts[2]) == "barrier_2"
     with pytest.raises(ValueError, match="spring is the name of two parts"):
@@ -33,16 +35,16 @@ def test_the_mass_moves_on_the_side_of_zero() -> None:
         lambda place, **side: sp.Barrier(place, 0.7, **side),
         lambda place, **side: sp.Contact(place, 50.0, **side),
     ):
-        assert [kind(place).side for place in (-0.006, 0.0, -0.0, 0.006)] == ["above", "above", "above", "below"]
-        assert kind(0.006, side="above").side == "above"
+        assert [kind(place).free_side for place in (-0.006, 0.0, -0.0, 0.006)] == ["above", "above", "above", "below"]
+        assert kind(0.006, free_side="above").free_side == "above"
         gap = sp.free("gap", 0.006, (-0.01, 0.01))
-        assert [kind(-gap).side, kind(gap).side] == ["above", "below"]
+        assert [kind(-gap).free_side, kind(gap).free_side] == ["above", "below"]
         device = sp.System(sp.Mass(2.0), sp.Spring(80.0), low=kind(-0.006), high=kind(0.006))
         assert "preload" not in sp.explain(device)
-        pressed = sp.System(sp.Mass(2.0), sp.Spring(80.0), stop=kind(0.006, side="above"))
+        pressed = sp.System(sp.Mass(2.0), sp.Spring(80.0), stop=kind(0.006, free_side="above"))
         assert "preload: the mass is pressed against it with 0.48 N" in sp.explain(pressed)
         assert sp.read_system({"parts": sp.System(*device.parts).to_dict()["parts"]}) == sp.System(*device.parts)
-    assert sp.Oscillator.from_numbers(position=0.3) == sp.Oscillator(barrier=sp.Barrier(0.3, side="below"))
+    assert sp.Oscillator.from_numbers(position=0.3) == sp.Oscillator(barrier=sp.Barrier(0.3, free_side="below"))
 
 
 def test_an_oscillator_is_a_system_and_back() -> None:
@@ -84,9 +86,9 @@ def test_parts_of_one_kind_add_up() -> None:
     ("parts", "sentence"),
     [
         ((sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0))), "polynomial_spring cannot be part of an Oscillator"),
-        ((sp.Spring(1.0), sp.Barrier(-1.0), sp.Barrier(1.0, side="below")), "barrier_2 is a second wall"),
+        ((sp.Spring(1.0), sp.Barrier(-1.0), sp.Barrier(1.0, free_side="below")), "barrier_2 is a second wall"),
         ((sp.Spring(1.0), sp.Springpot(0.5, 1.0), sp.Dashpot(1.0)), "orders 0.5 and 1 are more than one"),
-        ((sp.Spring(-1.0), sp.Barrier(-1.0), sp.Barrier(1.0, side="below")), "barrier_2 is a second wall"),
+        ((sp.Spring(-1.0), sp.Barrier(-1.0), sp.Barrier(1.0, free_side="below")), "barrier_2 is a second wall"),
         ((sp.Dashpot(1.0),), "the stiffness of the springs is 0, not positive"),
         ((sp.Spring(1.0), sp.ColoredNoise(1.0, 1.0)), "colored_noise cannot be part"),
     ],
@@ -108,7 +110,7 @@ BAD = [
     (lambda: sp.System(sp.Spring(1.0), sp.PolynomialSpring((0.0, 1.0))), ValueError, "falls without limit to the left"),
     (lambda: sp.System(sp.Constant(1.0), sp.Barrier(0.0)), ValueError, "falls without limit to the right"),
     (
-        lambda: sp.System(sp.Barrier(1.0, side="above"), sp.Barrier(0.0, side="below")),
+        lambda: sp.System(sp.Barrier(1.0, free_side="above"), sp.Barrier(0.0, free_side="below")),
         ValueError,
         "x >= 1 and x <= 0 cannot both",
     ),
@@ -145,7 +147,7 @@ BAD = [
     (lambda: sp.Maxwell(1.0, 0.0), ValueError, "coefficient must be"),
     (lambda: sp.Contact(0.0, 1.0, exponent=0.5), ValueError, "exponent must be in"),
     (lambda: sp.Contact(0.0, 1.0, dissipation=-0.5), ValueError, "dissipation must be in"),
-    (lambda: sp.Contact(0.0, 1.0, side="left"), ValueError, "side must be 'above'"),
+    (lambda: sp.Contact(0.0, 1.0, free_side="left"), ValueError, "free_side must be 'above'"),
     (lambda: sp.PiezoelectricCircuit(1.0, 0.0, 1.0), ValueError, "resistance must be"),
     (lambda: sp.WhiteNoise(1.0, on="the roof"), ValueError, "on must be 'mass'"),
     (lambda: sp.System(sp.Spring(1.0), sp.WhiteNoise(1.0, on="roof")), ValueError, "on of white_noise must be 'mass'"),
@@ -304,6 +306,10 @@ SPRING = {"kind": "spring", "stiffness": 80.0}
         (
             {"parts": [SPRING | {"stiffness_": 1.0}]},
             "'stiffness_' is not a key of parts[0] (spring); did you mean stiffness?",
+        ),
+        (
+            {"parts": [SPRING, {"kind": "barrier", "side": "above"}]},
+            "'side' is not a key of parts[1] (barrier); did you mean free_side?",
         ),
         ({"parts": [SPRING | {"stiffness": "80"}]}, "parts[0] (spring).stiffness must be a real number"),
         (

@@ -227,7 +227,7 @@ def test_devices_whose_walls_are_nearer_than_the_level() -> None:
     given: dict[str, Any] = {"duration": 20.0, "step": 0.1, "start": "rest"}
 
     def device(gap: float) -> sp.System:
-        walls = sp.Barrier(-gap, 0.7), sp.Barrier(gap, 0.7, side="below")
+        walls = sp.Barrier(-gap, 0.7), sp.Barrier(gap, 0.7, free_side="below")
         return sp.System(sp.Spring(1.0), sp.Dashpot(0.2), *walls, sp.WhiteNoise(0.2))
 
     found = sp.exceedance_over_devices(
@@ -243,7 +243,7 @@ def test_a_level_that_moves_with_the_walls() -> None:
     given: dict[str, Any] = {"duration": 20.0, "step": 0.1, "start": "rest", "rtol": 0.03}
 
     def device(gap: float) -> sp.System:
-        walls = sp.Barrier(-gap, 0.7), sp.Barrier(gap, 0.7, side="below")
+        walls = sp.Barrier(-gap, 0.7), sp.Barrier(gap, 0.7, free_side="below")
         return sp.System(sp.Spring(1.0), sp.Dashpot(0.2), *walls, sp.WhiteNoise(0.6))
 
     gap = sp.uncertain("g", bounds=(1.2, 2.0))

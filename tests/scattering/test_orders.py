@@ -20,7 +20,7 @@ def walled(low: float, high: float) -> sp.System:
     """A springpot between a lossy wall and an elastic one."""
     return sp.System(
         sp.Mass(0.8), sp.Spring(3200.0), sp.Springpot(sp.uncertain("order", bounds=(low, high)), 60.0),
-        sp.Barrier(-0.006, 0.7), sp.Barrier(0.009, side="below"), sp.WhiteNoise.from_psd(0.01, "g2/Hz"),
+        sp.Barrier(-0.006, 0.7), sp.Barrier(0.009, free_side="below"), sp.WhiteNoise.from_psd(0.01, "g2/Hz"),
     )  # fmt: skip
 
 

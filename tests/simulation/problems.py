@@ -15,9 +15,9 @@ def oscillator(
     intensity: float = 1.0,
     position: float | None = 0.0,
     restitution: float = 1.0,
-    side: str = "above",
+    free_side: str = "above",
 ) -> sp.Oscillator:
-    barrier = None if position is None else sp.Barrier(position, restitution, side)  # type: ignore[arg-type]
+    barrier = None if position is None else sp.Barrier(position, restitution, free_side)  # type: ignore[arg-type]
     return sp.Oscillator(frequency, sp.Springpot(order, coefficient), barrier, sp.WhiteNoise(intensity))
 
 

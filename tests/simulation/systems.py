@@ -23,11 +23,12 @@ __all__ = [
 ]  # fmt: skip
 
 NEARLY_LINEAR = sp.PolynomialSpring((0.0, 0.0, 1e-12))
-AWAY = sp.Barrier(-200.0), sp.Barrier(200.0, side="below")
+AWAY = sp.Barrier(-200.0), sp.Barrier(200.0, free_side="below")
 
 _HARDLY_ANY = (
     sp.ParametricNoise(1e-14), sp.VanDerPol(1e-14), sp.PolynomialDashpot((0.0, 0.0, 1e-14)),
-    sp.PoissonImpulses(0.5, 2e-14), sp.Harmonic(0.0, 1.2), sp.Contact(200.0, 50.0, side="below"), sp.Barrier(-300.0),
+    sp.PoissonImpulses(0.5, 2e-14), sp.Harmonic(0.0, 1.2), sp.Contact(200.0, 50.0, free_side="below"),
+    sp.Barrier(-300.0),
 )  # fmt: skip
 
 

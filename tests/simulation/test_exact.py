@@ -423,7 +423,7 @@ def test_elastic_hops_on_a_preload_are_counted_not_walked() -> None:
 
 def test_hundreds_of_impacts_in_a_step_between_two_close_walls() -> None:
     """At a speed of 1 between walls 1e-4 apart: five hundred in each drift."""
-    walls = sp.Barrier(-0.5, side="above"), sp.Barrier(-0.4999, side="below")
+    walls = sp.Barrier(-0.5, free_side="above"), sp.Barrier(-0.4999, free_side="below")
     found = simulate(
         sp.System(sp.Spring(4.0), *walls), paths=1, duration=10.0, step=0.05, window=(0.0, 10.0),
         initial_position=-0.49995, initial_velocity=1.0,

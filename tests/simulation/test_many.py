@@ -98,7 +98,7 @@ ALIKE: dict[str, Any] = {
     "walls": lambda n: device(0.2 + 0.002 * n, gap=0.002 + 1e-4 * n, restitution=0.5 + 0.01 * n),
     "record": lambda n: device(0.2, sp.RecordedExcitation(TIMES, (1.0 + 0.1 * n) * QUAKE)),
     "noises": lambda n: device(0.2, sp.ColoredNoise(2.0 + n, 1e-3), sp.ParametricNoise(1e-3 * (1 + n))),
-    "contact": lambda n: device(0.2, sp.Contact(0.003, 500.0 + n, side="below"), sp.Friction(1e-3 * n + 1e-3)),
+    "contact": lambda n: device(0.2, sp.Contact(0.003, 500.0 + n, free_side="below"), sp.Friction(1e-3 * n + 1e-3)),
     "two masses": lambda n: pair(0.01 + 1e-3 * n),
     "rest": lambda n: smooth(n, sp.ColoredNoise(2.0 + n, 1e-3), sp.Constant(-0.05 * n)),
     "waves and shots": lambda n: smooth(
@@ -125,8 +125,8 @@ ALIKE: dict[str, Any] = {
         sp.Mass(1.0, at="a"), sp.Mass(2.0 + 0.1 * n, at="b"), sp.Spring(100.0, between=("ground", "a")),
         sp.Spring(80.0, between=("a", "b")), sp.Dashpot(0.5, between=("ground", "a")),
         sp.ColoredNoise(2.0, 0.1, on="b"), sp.Constant(-1.0, on="a"),
-        floor=sp.Barrier(-0.001 * n, 0.5, between=("ground", "a"), side="above"),
-        pad=sp.Contact(0.002, 1e4, exponent=1.5, dissipation=0.5, between=("a", "b"), side="below"),
+        floor=sp.Barrier(-0.001 * n, 0.5, between=("ground", "a"), free_side="above"),
+        pad=sp.Contact(0.002, 1e4, exponent=1.5, dissipation=0.5, between=("a", "b"), free_side="below"),
     ),
 }  # fmt: skip
 FEW_KINDS = ("walls", "record", "noises", "contact", "two masses")

@@ -159,7 +159,7 @@ def test_profiles_at_a_wall_above_are_mirror_images() -> None:
         sp.simulate(
             sp.System(
                 *SHAKEN[:2], sp.RecordedExcitation([tuple(times)] * 2, (sign * shakes).tolist(), on="mass"),
-                sp.Barrier(-0.2 * sign, 0.8, side=side),
+                sp.Barrier(-0.2 * sign, 0.8, free_side=side),
             ),
             paths=2, step=0.05, duration=10.0, window=(0.0, 10.0), start="rest", profile=5, forces=["spring_force"],
         )

@@ -48,8 +48,8 @@ OF_TWO: dict[str, tuple[Any, ...]] = {
     "Bouc-Wen, n = 2": (sp.BoucWen(0.9, 0.3, 2.0, 0.7, between=AB),),
     "Bouc-Wen, n = 2.5": (sp.BoucWen(0.9, 0.3, 2.5, 0.7, between=AB),),
     "wall": (sp.Springpot(0.4, 0.5, between=A), sp.Barrier(-0.3, 0.7, between=A)),
-    "wall above": (sp.Barrier(0.4, 0.8, between=AB, side="below"), sp.Constant(0.2, on="b")),
-    "two walls of one row": (sp.Barrier(-0.6, 0.5, between=A), sp.Barrier(0.9, 0.6, between=A, side="below")),
+    "wall above": (sp.Barrier(0.4, 0.8, between=AB, free_side="below"), sp.Constant(0.2, on="b")),
+    "two walls of one row": (sp.Barrier(-0.6, 0.5, between=A), sp.Barrier(0.9, 0.6, between=A, free_side="below")),
     "walls of two rows": (sp.Barrier(-0.3, 1.0, between=A), sp.Barrier(-0.2, 0.6, between=AB)),
     "restitution by speed": (
         sp.Barrier(-0.3, sp.PowerRestitution(0.8, 0.5, 0.25), between=A), sp.Barrier(-0.5, 0.6, between=AB),
@@ -67,12 +67,12 @@ OF_TWO: dict[str, tuple[Any, ...]] = {
 ONE: dict[str, sp.System] = {
     "paper": sp.Oscillator(),
     "gap": sp.Oscillator(barrier=sp.Barrier(-0.4, 0.7)),
-    "preload": sp.Oscillator(barrier=sp.Barrier(0.4, 0.7, side="above")),
-    "below": sp.Oscillator(barrier=sp.Barrier(0.8, 0.7, side="below")),
+    "preload": sp.Oscillator(barrier=sp.Barrier(0.4, 0.7, free_side="above")),
+    "below": sp.Oscillator(barrier=sp.Barrier(0.8, 0.7, free_side="below")),
     "free": sp.Oscillator(barrier=None),
     "two walls": sp.System(
         sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0), sp.PolynomialSpring((0.0, 0.0, 0.3)),
-        sp.Barrier(-0.5, 0.7), sp.Barrier(0.6, 0.6, side="below"),
+        sp.Barrier(-0.5, 0.7), sp.Barrier(0.6, 0.6, free_side="below"),
     ),
     "many kinds": of_many_kinds(
         sp.Spring(1.0), sp.Springpot(0.5, 0.5), sp.WhiteNoise(1.0), sp.ParametricNoise(0.1), sp.VanDerPol(0.1, 0.5),
@@ -83,33 +83,35 @@ ONE: dict[str, sp.System] = {
 
 SINES = sp.Harmonic(2.5, 1.7), sp.Harmonic(3.0, 4.1)
 RESTING: dict[str, tuple[float, tuple[Any, ...]]] = {
-    "preload": (1.0, (*SINES, sp.Barrier(1.0, 0.5, side="above"))),
-    "light losses": (1.0, (*SINES, sp.Barrier(1.0, 0.9, side="above"))),
-    "plastic": (1.0, (*SINES, sp.Barrier(1.0, 0.0, side="above"))),
+    "preload": (1.0, (*SINES, sp.Barrier(1.0, 0.5, free_side="above"))),
+    "light losses": (1.0, (*SINES, sp.Barrier(1.0, 0.9, free_side="above"))),
+    "plastic": (1.0, (*SINES, sp.Barrier(1.0, 0.0, free_side="above"))),
     "gap": (0.0, (*SINES, sp.Barrier(-0.1, 0.5))),
     "plastic with a gap": (0.0, (*SINES, sp.Barrier(-0.1, 0.0))),
-    "below": (-1.0, (*SINES, sp.Barrier(-1.0, 0.5, side="below"))),
-    "springpot": (1.0, (*SINES, sp.Springpot(1.0, 0.5), sp.Barrier(1.0, 0.5, side="above"))),
-    "record": (0.5, (SHAKEN, sp.Barrier(0.5, 0.5, side="above"))),
-    "slot": (1.0, (*SINES, sp.Barrier(1.0, 0.5, side="above"), sp.Barrier(1.05, 0.7, side="below"))),
+    "below": (-1.0, (*SINES, sp.Barrier(-1.0, 0.5, free_side="below"))),
+    "springpot": (1.0, (*SINES, sp.Springpot(1.0, 0.5), sp.Barrier(1.0, 0.5, free_side="above"))),
+    "record": (0.5, (SHAKEN, sp.Barrier(0.5, 0.5, free_side="above"))),
+    "slot": (1.0, (*SINES, sp.Barrier(1.0, 0.5, free_side="above"), sp.Barrier(1.05, 0.7, free_side="below"))),
     "weight": (0.0, (
-        *SINES, sp.PolynomialSpring((1e-9, 0.0, 0.5)), sp.Constant(-4.0), sp.Barrier(-0.5, 0.5, side="above"),
+        *SINES, sp.PolynomialSpring((1e-9, 0.0, 0.5)), sp.Constant(-4.0), sp.Barrier(-0.5, 0.5, free_side="above"),
     )),
-    "law": (1.0, (*SINES, sp.Barrier(1.0, sp.PowerRestitution(0.5, 1.0), side="above"))),
-    "yielding": (1.0, (*SINES, sp.Jenkins(4.0, 0.4), sp.Barrier(1.0, 0.5, side="above"))),
-    "friction": (1.0, (*SINES, sp.Friction(0.4), sp.Barrier(1.0, 0.5, side="above"))),
+    "law": (1.0, (*SINES, sp.Barrier(1.0, sp.PowerRestitution(0.5, 1.0), free_side="above"))),
+    "yielding": (1.0, (*SINES, sp.Jenkins(4.0, 0.4), sp.Barrier(1.0, 0.5, free_side="above"))),
+    "friction": (1.0, (*SINES, sp.Friction(0.4), sp.Barrier(1.0, 0.5, free_side="above"))),
 }  # fmt: skip
 
 PRESSED = sp.Constant(-9.81, on="a"), sp.Constant(-4.905, on="b")
 LIFTED = sp.Harmonic(8.0, 3.0, on="b"), sp.Harmonic(9.0, 1.7, on="a")
-PILE = sp.Barrier(0.0, 0.6, side="above", between=A), sp.Barrier(0.0, 0.6, side="above", between=AB)
+PILE = sp.Barrier(0.0, 0.6, free_side="above", between=A), sp.Barrier(0.0, 0.6, free_side="above", between=AB)
 PILES: dict[str, tuple[Any, ...]] = {
     "floor": (*PRESSED, *LIFTED, sp.Spring(3.0, between=AB), PILE[0]),
     "pile": (*PRESSED, *LIFTED, *PILE),
-    "plastic": (*PRESSED, *LIFTED, *(sp.Barrier(0.0, 0.0, side="above", between=ends) for ends in (A, AB))),
+    "plastic": (*PRESSED, *LIFTED, *(sp.Barrier(0.0, 0.0, free_side="above", between=ends) for ends in (A, AB))),
     "springpot": (*PRESSED, *LIFTED, sp.Springpot(0.5, 0.5, between=AB), *PILE),
     "friction": (*PRESSED, *LIFTED, sp.Friction(0.5, between=A), *PILE),
-    "record": (*PRESSED, SHAKEN, PILE[0], sp.Barrier(0.0, sp.PowerRestitution(0.6, 0.5), side="above", between=AB)),
+    "record": (
+        *PRESSED, SHAKEN, PILE[0], sp.Barrier(0.0, sp.PowerRestitution(0.6, 0.5), free_side="above", between=AB),
+    ),
 }  # fmt: skip
 
 

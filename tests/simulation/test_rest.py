@@ -23,19 +23,19 @@ NONE = sp.WhiteNoise(0.0)
 
 
 def preloaded(*parts: Any, place: float = 2.4525, restitution: Any = 0.5) -> sp.System:
-    return sp.System(*DAMPED, *parts, floor=sp.Barrier(place, restitution, side="above"))
+    return sp.System(*DAMPED, *parts, floor=sp.Barrier(place, restitution, free_side="above"))
 
 
 def weighted(*parts: Any, restitution: Any = 0.5) -> sp.System:
     """The same as ``preloaded``, to the last bit of every place: 9.81 / 4 is 2.4525."""
-    return sp.System(*DAMPED, *parts, weight=sp.Constant(-9.81), floor=sp.Barrier(0.0, restitution, side="above"))
+    return sp.System(*DAMPED, *parts, weight=sp.Constant(-9.81), floor=sp.Barrier(0.0, restitution, free_side="above"))
 
 
 def pressed_by_colored_noise(restitution: float = 0.5) -> sp.System:
     """Of a kind of kernel that other tests have."""
     _, above = AWAY
     return sp.System(
-        *DAMPED, NONE, NEARLY_LINEAR, above, COLORED, floor=sp.Barrier(1.0, restitution, side="above")
+        *DAMPED, NONE, NEARLY_LINEAR, above, COLORED, floor=sp.Barrier(1.0, restitution, free_side="above")
     )  # fmt: skip
 
 
@@ -45,7 +45,7 @@ def on_a_floor(*parts: Any, restitution: float = 0.5) -> sp.System:
     return sp.System(
         sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), *ends, sp.Dashpot(0.1, between=("ground", "a")),
         sp.Dashpot(0.1, between=("ground", "b")), *parts,
-        floor=sp.Barrier(0.0, restitution, side="above", between=("ground", "a")),
+        floor=sp.Barrier(0.0, restitution, free_side="above", between=("ground", "a")),
     )  # fmt: skip
 
 
@@ -54,8 +54,8 @@ def pile(*parts: Any) -> sp.System:
     return sp.System(
         sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), sp.Constant(-9.81, on="a"), sp.Constant(-4.905, on="b"), *parts,
         sp.Dashpot(0.01, between=("ground", "a")), sp.Dashpot(0.01, between=("ground", "b")),
-        floor=sp.Barrier(0.0, 0.5, side="above", between=("ground", "a")),
-        gap=sp.Barrier(0.0, 0.5, side="above", between=("a", "b")),
+        floor=sp.Barrier(0.0, 0.5, free_side="above", between=("ground", "a")),
+        gap=sp.Barrier(0.0, 0.5, free_side="above", between=("a", "b")),
     )  # fmt: skip
 
 
@@ -78,12 +78,12 @@ def test_impacts_and_rest_together_balance_the_momentum(step: float) -> None:
     most = 2e-4 * (step / 0.005) ** 2
     assert abs(not_balanced(preloaded(NONE), "floor", 1.0, step, 2.6)) < most
     assert abs(not_balanced(weighted(NONE), "floor", 1.0, step, 0.15, -9.81)) < most
-    above = sp.System(*DAMPED, NONE, lid=sp.Barrier(-2.0, 0.5, side="below"))
+    above = sp.System(*DAMPED, NONE, lid=sp.Barrier(-2.0, 0.5, free_side="below"))
     assert abs(not_balanced(above, "lid", -1.0, step, -2.2)) < most
     lower, upper = AWAY
-    slot = sp.System(*DAMPED, NONE, NEARLY_LINEAR, lower, lid=sp.Barrier(-2.0, 0.5, side="below"))
+    slot = sp.System(*DAMPED, NONE, NEARLY_LINEAR, lower, lid=sp.Barrier(-2.0, 0.5, free_side="below"))
     assert abs(not_balanced(slot, "lid", -1.0, step, -2.2)) < most
-    slot = sp.System(*DAMPED, NONE, NEARLY_LINEAR, upper, floor=sp.Barrier(2.0, 0.5, side="above"))
+    slot = sp.System(*DAMPED, NONE, NEARLY_LINEAR, upper, floor=sp.Barrier(2.0, 0.5, free_side="above"))
     assert abs(not_balanced(slot, "floor", 1.0, step, 2.2)) < most
 
 
@@ -112,7 +112,7 @@ def test_the_mean_force_of_a_wall_has_the_time_at_rest(step: float) -> None:
 def test_the_mean_force_under_a_flat_density(step: float | None) -> None:
     ground = sp.SpectralExcitation.from_psd((0.2, 3.0), 2.0, "m2/s4/Hz")
     for place, force, error in ((1.0, 4.006, 0.001), (2.4525, 9.81, 0.003)):
-        shaken = sp.System(sp.Mass(1.0), *DAMPED, ground, floor=sp.Barrier(place, 0.5, side="above"))
+        shaken = sp.System(sp.Mass(1.0), *DAMPED, ground, floor=sp.Barrier(place, 0.5, free_side="above"))
         given = {} if step is None else {"step": step}
         run = simulated(shaken, paths=300, duration=60.0, window=(10.0, 60.0), initial_position=place, seed=1, **given)
         assert abs(run["floor_force_mean"].value - force) < 3.0 * np.hypot(run["floor_force_mean"].error, error)
@@ -174,7 +174,7 @@ def test_memory_and_rare_levels_do_not_see_the_shift() -> None:
     """Caputo's derivative of a constant is 0; the level of a path is one of x."""
     spring, pot, noise = sp.Spring(4.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0)
     plain = sp.System(spring, pot, noise, stop=sp.Barrier(-0.5, 0.7))
-    moved = sp.System(spring, pot, noise, sp.Constant(6.0), stop=sp.Barrier(1.0, 0.7, side="above"))  # by 1.5 m
+    moved = sp.System(spring, pot, noise, sp.Constant(6.0), stop=sp.Barrier(1.0, 0.7, free_side="above"))  # by 1.5 m
     given: dict[str, Any] = {"paths": 64, "duration": 10.0, "window": (5.0, 10.0), "step": 0.01}
     one, other = (
         simulated(each, **given, start="rest", initial_position=place, memory_tolerance=1e-9)
@@ -197,7 +197,7 @@ def test_memory_and_rare_levels_do_not_see_the_shift() -> None:
 )
 def test_forces_that_act_around_the_kick_press_a_mass_on_its_wall(part: Any, pressed: float) -> None:
     """At x = 1, where the spring presses with 4 N; dashpots take a share of what is given before the kick."""
-    system = sp.System(*DAMPED, part, sp.Barrier(1.0, 0.5, side="above"))
+    system = sp.System(*DAMPED, part, sp.Barrier(1.0, 0.5, free_side="above"))
     run = simulated(system, paths=1, duration=20.0, window=(5.0, 20.0), step=0.02, start="rest", initial_position=1.0)
     assert run["barrier_force_mean"].value == pytest.approx(pressed, rel=2e-3)
     assert (run["x_mean"].value, run["v_mean_square"].value) == (1.0, 0.0)
@@ -212,7 +212,7 @@ def test_a_force_of_the_user_lets_a_mass_rest_where_no_spring_presses() -> None:
 
 def test_a_profile_of_power_has_what_masses_lose_as_they_come_to_rest() -> None:
     """To the second order of the step: there the power of a single impact is not that of its restitution."""
-    system, apart = sp.System(*DAMPED, COLORED, sp.Barrier(1.0, 0.5, side="above")), []
+    system, apart = sp.System(*DAMPED, COLORED, sp.Barrier(1.0, 0.5, free_side="above")), []
     for step in (0.04, 0.02):
         run = simulated(system, paths=500, duration=60.0, window=(20.0, 60.0), step=step, profile=4, start="rest",
                         initial_position=1.0)  # fmt: skip
@@ -225,13 +225,13 @@ def test_a_profile_of_power_has_what_masses_lose_as_they_come_to_rest() -> None:
 @pytest.mark.validation
 def test_a_contact_moves_with_the_rest_of_the_spring() -> None:
     """Its force and that of the ground are those of the user's places."""
-    stop = sp.Contact(0.25, 50.0, side="below")
+    stop = sp.Contact(0.25, 50.0, free_side="below")
     parts = sp.Spring(4.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0)
     given: dict[str, Any] = {"paths": 64, "duration": 8.0, "window": (3.0, 8.0), "step": 0.02, "start": "rest",
                              "forces": ["contact_force", "contact_peak_force"]}  # fmt: skip
     plain = simulated(sp.System(*parts, stop), **given, initial_position=0.0)
     moved = simulated(
-        sp.System(*parts, sp.Contact(1.25, 50.0, side="below"), sp.Constant(4.0)), **given, initial_position=1.0
+        sp.System(*parts, sp.Contact(1.25, 50.0, free_side="below"), sp.Constant(4.0)), **given, initial_position=1.0
     )
     for name in ("v_mean_square", "contact_force_mean", "contact_force_mean_square", "contact_peak_force_mean"):
         assert plain[name].value == pytest.approx(moved[name].value, rel=1e-9), name
@@ -314,7 +314,7 @@ def test_light_losses_under_colored_noise(
     """Pressed by the spring, and by a weight of the same size: one problem."""
     system = pressed_by_colored_noise(restitution)
     if weight:
-        floor = sp.Barrier(0.0, restitution, side="above")
+        floor = sp.Barrier(0.0, restitution, free_side="above")
         system = sp.System(*DAMPED, COLORED, sp.Constant(-4.0), floor=floor)
     run = simulated(system, paths=960, duration=60.0, window=(20.0, 60.0), step=step, start="rest", seed=4)
     for name, (right, error) in (("v_mean_square", square), ("floor_power", power)):
@@ -325,7 +325,7 @@ def test_light_losses_under_colored_noise(
 @pytest.mark.parametrize("step", [0.02, 0.005])
 def test_a_springpot_and_colored_noise_on_a_pressed_wall(step: float) -> None:
     system = sp.System(
-        *DAMPED, sp.Springpot(0.5, 1.0), COLORED, floor=sp.Barrier(1.0, 0.5, side="above")
+        *DAMPED, sp.Springpot(0.5, 1.0), COLORED, floor=sp.Barrier(1.0, 0.5, free_side="above")
     )  # fmt: skip
     run = simulated(system, paths=640, duration=60.0, window=(20.0, 60.0), step=step, start="rest", seed=4)
     for name, right, error in (("v_mean_square", 0.0050, 0.0003), ("floor_power", 0.0125, 0.0006)):
@@ -336,7 +336,7 @@ def test_a_springpot_and_colored_noise_on_a_pressed_wall(step: float) -> None:
 @pytest.mark.parametrize("place", [0.0, -0.5])
 def test_a_wall_that_nothing_presses_on_needs_no_rest(place: float) -> None:
     """Colored noise, r = 0.8: a long and a short step have one answer."""
-    system = sp.System(*DAMPED, COLORED, floor=sp.Barrier(place, 0.8, side="above"))
+    system = sp.System(*DAMPED, COLORED, floor=sp.Barrier(place, 0.8, free_side="above"))
     long, short = (
         simulated(system, paths=640, duration=80.0, window=(20.0, 80.0), step=step, start="rest", seed=seed)
         for step, seed in ((0.02, 4), (0.005, 5))
@@ -376,7 +376,7 @@ def test_the_power_of_a_weight_under_colored_noise(several: bool) -> None:
     if several:
         system = on_a_floor(sp.Constant(-4.0, on="a"), sp.ColoredNoise(4.0, 0.5, on="a"))
     else:
-        floor = sp.Barrier(0.0, 0.5, side="above")
+        floor = sp.Barrier(0.0, 0.5, free_side="above")
         system = sp.System(*DAMPED, COLORED, sp.Constant(-4.0), floor=floor)
     run = simulated(system, paths=320, duration=60.0, window=(20.0, 60.0), step=0.01, start="rest", seed=4)
     assert abs(run["floor_power"].value - 0.0151) < 3.0 * np.hypot(run["floor_power"].error, 0.0008)
@@ -387,7 +387,7 @@ def test_the_power_of_a_weight_under_colored_noise(several: bool) -> None:
 def test_the_power_of_a_pressed_wall_under_two_sines(step: float) -> None:
     """Their common period is 62.83 s, which locks with the steps: the error falls like the step, 0.2 % at 0.01 s."""
     sines = sp.Harmonic(2.5, 1.7), sp.Harmonic(3.0, 4.1)
-    system = sp.System(*DAMPED, *sines, floor=sp.Barrier(1.0, 0.5, side="above"))
+    system = sp.System(*DAMPED, *sines, floor=sp.Barrier(1.0, 0.5, free_side="above"))
     run = simulated(system, paths=64, duration=163.0, window=(163.0 - 62.83, 163.0), step=step, initial_position=1.0)
     assert abs(run["floor_power"].value - 0.10326) < 3.0 * np.hypot(run["floor_power"].error, 1e-4)
     assert abs(run["v_mean_square"].value - 0.023170) < 3.0 * np.hypot(run["v_mean_square"].error, 1e-5)
@@ -420,7 +420,7 @@ def test_a_restitution_below_0_is_refused() -> None:
 @pytest.mark.parametrize("restitution", [0.5, 0.0])
 def test_a_falling_mass_gives_all_its_energy_to_the_floor(restitution: float, step: float) -> None:
     """From 1 m without a spring: 9.81 J, and the weight over the whole time, whatever the step."""
-    floor = sp.Barrier(0.0, restitution, side="above", between=("ground", "a"))
+    floor = sp.Barrier(0.0, restitution, free_side="above", between=("ground", "a"))
     ball = sp.System(
         sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), sp.Constant(-9.81, on="a"), sp.Spring(1.0, between=("ground", "b")),
         floor=floor,
@@ -439,8 +439,8 @@ def test_the_momentum_of_falling_masses_is_balanced_at_any_step(step: float) -> 
     """Of two masses that fall on one another, and bounce until they rest: to rounding."""
     falling = sp.System(
         sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), sp.Constant(-9.81, on="a"), sp.Constant(-4.905, on="b"), NONE_ON_A,
-        floor=sp.Barrier(0.0, 0.6, side="above", between=("ground", "a")),
-        gap=sp.Barrier(0.0, 0.3, side="above", between=("a", "b")),
+        floor=sp.Barrier(0.0, 0.6, free_side="above", between=("ground", "a")),
+        gap=sp.Barrier(0.0, 0.3, free_side="above", between=("a", "b")),
     )  # fmt: skip
     for steps in (20, 60, 400):
         end = steps * step
@@ -473,7 +473,7 @@ def test_plastic_impacts_leave_masses_together_until_a_spring_pulls() -> None:
 def test_plastic_impacts_under_white_noise_converge(place: float) -> None:
     """The energy that is fed in, and the moments at half the step."""
     system = sp.System(
-        sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(1.0), sp.Barrier(place, 0.0, side="above")
+        sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(1.0), sp.Barrier(place, 0.0, free_side="above")
     )  # fmt: skip
     coarse, fine = (
         simulated(system, paths=640, duration=60.0, window=(20.0, 60.0), step=step, start="rest", seed=3)

@@ -282,7 +282,7 @@ def test_without_noise_a_wall_above_is_the_mirror_image_bit_for_bit(scheme: str,
     settings = {"paths": 2, "duration": 30.0, "record": 2, "scheme": scheme, "step": 0.01, "window": (0.0, 30.0)}
     runs = []
     for sign, side in ((1.0, "above"), (-1.0, "below")):
-        wall = sp.Barrier(-0.3 * sign, 0.8, side=side)
+        wall = sp.Barrier(-0.3 * sign, 0.8, free_side=side)
         system = sp.Oscillator(1.0, sp.Springpot(0.5, 0.05), wall, sp.WhiteNoise(0.0))
         if shaken:
             records = sp.RecordedExcitation([tuple(TIMES)] * 2, (sign * SHAKES).tolist(), on="mass")
@@ -302,7 +302,7 @@ def test_without_noise_a_wall_above_is_the_mirror_image_bit_for_bit(scheme: str,
 def test_a_wall_above_has_the_mirrored_law(scheme: str) -> None:
     settings = {"paths": 32_000, "duration": 24.0, "window": (8.0, 24.0), "scheme": scheme, "step": 0.02, "seed": 3}
     above = simulate(oscillator(position=-0.3, restitution=0.8), **settings, start="rest")
-    below = simulate(oscillator(position=0.3, restitution=0.8, side="below"), **settings, start="rest")
+    below = simulate(oscillator(position=0.3, restitution=0.8, free_side="below"), **settings, start="rest")
     for name in above.estimates:
         if name in ODD | {"x_mean_square", "v_mean_square", "impact_rate", "impact_speed_mean", "damping_power"}:
             one, other = above[name], below[name]

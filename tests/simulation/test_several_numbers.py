@@ -41,7 +41,7 @@ def everything(points: str, temperature: float = 0.6) -> sp.System:
         *masses(c=0.8), sp.Spring(1.5, between=B_C), sp.Spring(0.5, between=GROUND_C),
         sp.Springpot(0.5, 0.2, between=B_C), sp.PolynomialSpring((0.0, 0.0, 0.5), between=B_C),
     )  # fmt: skip
-    more = {"roof": sp.Barrier(0.9, side="below", between=GROUND_C), "other": sp.Barrier(-0.2, between=B_C)}
+    more = {"roof": sp.Barrier(0.9, free_side="below", between=GROUND_C), "other": sp.Barrier(-0.2, between=B_C)}
     noise = sp.ThermalNoise(temperature)
     if len(points) == 2:
         return sp.System(*of_two, noise, **walls)
@@ -123,7 +123,7 @@ def test_the_default_step_resolves_hops_on_a_wall_that_a_weight_presses_on() -> 
         sp.Mass(1.0, at="a"), sp.Spring(4.0, between=("ground", "a")), sp.Dashpot(0.1, between=("ground", "a")),
         sp.WhiteNoise(0.5, on="a"), sp.Constant(-9.81, on="a"), sp.Mass(1.0, at="b"),
         sp.Spring(1.0, between=("ground", "b")), sp.Dashpot(0.1, between=("ground", "b")),
-        floor=sp.Barrier(0.0, 0.5, between=("ground", "a"), side="above"),
+        floor=sp.Barrier(0.0, 0.5, between=("ground", "a"), free_side="above"),
     )  # fmt: skip
     given: dict[str, Any] = {"paths": 64, "duration": 12.0, "window": (2.0, 12.0), "start": "rest"}
     found = simulated(weighed, **given)["a_v_mean_square"]

@@ -149,7 +149,7 @@ def box(m: float = 2.5, bare: float = 68.9, with_them: float = 96.0, order: floa
     """2.5 kg on four springpots of order 0.25 between two stops: 11 Hz without the springpots, 15.3 Hz with them."""
     pot = m * (with_them**2 - bare**2) / (with_them**order * math.cos(order * math.pi / 2.0))
     shake = sp.SpectralExcitation.from_psd((10, 2000), 0.02, "g2/Hz")
-    stops = sp.Barrier(-4e-3, 0.6), sp.Barrier(4e-3, 0.6, side="below")
+    stops = sp.Barrier(-4e-3, 0.6), sp.Barrier(4e-3, 0.6, free_side="below")
     return sp.System(sp.Mass(m), sp.Spring(m * bare**2), sp.Springpot(order, pot), *stops, shake)
 
 

@@ -40,7 +40,7 @@ from .systems import (
 
 SPRING, WHITE = sp.Spring(1.0), WhiteNoise(1.0)
 DUFFING = sp.PolynomialSpring((0.0, 0.1, 1.0))
-WALLS = sp.Barrier(-0.5), sp.Barrier(1.2, side="below")
+WALLS = sp.Barrier(-0.5), sp.Barrier(1.2, free_side="below")
 FAINT = sp.ColoredNoise(1e-20, 1.0)
 
 
@@ -315,11 +315,11 @@ def scaled(system: sp.System, length: float) -> sp.System:
             case sp.VanDerPol():
                 return sp.VanDerPol(part.coefficient / length**2, part.length * length)
             case sp.Barrier():
-                return sp.Barrier(part.position * length, part.restitution, part.side)
+                return sp.Barrier(part.position * length, part.restitution, part.free_side)
             case sp.Contact():
                 stiffness = part.stiffness * length ** (1.0 - part.exponent)
                 return sp.Contact(
-                    part.position * length, stiffness, part.exponent, part.dissipation / length, part.side
+                    part.position * length, stiffness, part.exponent, part.dissipation / length, part.free_side
                 )
         return part
 
@@ -341,7 +341,7 @@ def test_mirrored_walls() -> None:
     """Walls, contacts and forces on the other side: the same law."""
     exact = rates_of_walls(boltzmann(1.25, duffing, -0.5, 1.2), ("barrier_2", "barrier_1"))
     exact["x_mean"] *= -1.0
-    parts = SPRING, sp.PolynomialSpring((0.0, -0.1, 1.0)), sp.Barrier(-1.2), sp.Barrier(0.5, side="below")
+    parts = SPRING, sp.PolynomialSpring((0.0, -0.1, 1.0)), sp.Barrier(-1.2), sp.Barrier(0.5, free_side="below")
     check(sp.System(*parts, sp.Dashpot(0.4), FAINT, WHITE), exact, paths=12_000)
 
 
@@ -371,7 +371,7 @@ def test_modes_of_a_series_relax_like_it(order: float) -> None:
     ("parts", "words"),
     [
         (tuple(sp.Contact(-1.0, 50.0 + n) for n in range(13)), "13 walls and contacts, .* holds at most 12"),
-        ((sp.Contact(-1.0, 1e12), sp.Contact(1.0, 50.0, side="below")), "contact_1 is so stiff that half a step"),
+        ((sp.Contact(-1.0, 1e12), sp.Contact(1.0, 50.0, free_side="below")), "contact_1 is so stiff that half a step"),
         ((sp.Barrier(-1.0, lambda v: float(f"{v:.1f}")),), "barrier has a restitution that Numba cannot compile"),
         ((sp.PoissonImpulses(1e7, 1e-7),), "poisson_impulses"),
         (tuple(sp.FractionalMaxwell(sp.Springpot(0.5, 1.0), sp.Spring(0.1 * n)) for n in range(1, 31)), "memory modes"),
@@ -387,7 +387,10 @@ def test_what_is_refused(parts: tuple[Any, ...], words: str) -> None:
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
 def test_restitution_that_falls_with_the_speed() -> None:
     """One impact of a flight: at 16 times the speed half the restitution, and the energy that the wall took."""
-    speed, walls = 32.0, (sp.Barrier(-1.0, sp.PowerRestitution(0.5, 2.0, 0.25)), sp.Barrier(100.0, 0.9, side="below"))
+    speed, walls = (
+        32.0,
+        (sp.Barrier(-1.0, sp.PowerRestitution(0.5, 2.0, 0.25)), sp.Barrier(100.0, 0.9, free_side="below")),
+    )
     end = 2.0 / speed
     found = sp.simulate(
         sp.System(sp.Spring(1e-9), *walls), paths=1, duration=end, step=end / 16, window=(0.0, end), record=1,
@@ -404,12 +407,12 @@ def test_restitution_that_falls_with_the_speed() -> None:
     ("parts", "theta"),
     [
         ((sp.PolynomialSpring((0.0, 0.0, 1.0)),), 1.0),
-        ((sp.Barrier(-1.0), sp.Barrier(1.0, side="below")), 1.0),
-        ((sp.PolynomialSpring((0.0, 0.0, 1e-6)), sp.Barrier(0.1, side="above")), 1.0),
-        ((SPRING, sp.Contact(0.5, 300.0, side="above")), 1.0),
+        ((sp.Barrier(-1.0), sp.Barrier(1.0, free_side="below")), 1.0),
+        ((sp.PolynomialSpring((0.0, 0.0, 1e-6)), sp.Barrier(0.1, free_side="above")), 1.0),
+        ((SPRING, sp.Contact(0.5, 300.0, free_side="above")), 1.0),
         ((sp.Constant(-9.81), sp.Contact(0.0, 300.0)), 1.0),
         ((sp.Constant(1.0), sp.PolynomialSpring((0.0, 0.0, 0.0, 0.0, 1.0)), sp.Barrier(-0.7)), 1.0),
-        ((sp.PolynomialSpring((0.0, 0.0, 1e24)), sp.Barrier(-1e-13), sp.Barrier(1e-12, side="below")), 1e-20),
+        ((sp.PolynomialSpring((0.0, 0.0, 1e24)), sp.Barrier(-1e-13), sp.Barrier(1e-12, free_side="below")), 1e-20),
     ],
     ids=["cubic", "box", "cubic-wall", "preloaded", "weight-on-contact", "sixth", "tiny"],
 )
@@ -451,7 +454,9 @@ def test_an_energy_that_drifts_without_any_noise_is_said() -> None:
 def test_a_law_below_the_limit_at_the_speeds_of_a_step_is_far_too_low() -> None:
     """Rates of 1.74, 2.05 and 2.42 were measured at steps of 0.02, 0.005 and 0.00125 s with this law."""
     law = sp.PowerRestitution(0.25, speed=0.01)
-    system = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0), sp.Barrier(0.4, law, side="above"))
+    system = sp.System(
+        sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0), sp.Barrier(0.4, law, free_side="above")
+    )
     values = {"impact_rate": 1.74, "impact_speed_mean": 0.42, "impact_speed_mean_square": 0.5}
     for step in (0.02, 1e-3):  # the law is 0.13 and 0.19 at the speeds that these steps resolve
         assert impact_biases(motion_of(system), step, values)["impact_rate"] > 1.0
@@ -470,7 +475,7 @@ def test_a_law_that_is_no_number_at_some_speed_is_named() -> None:
 
 
 def test_walls_keep_their_names_where_paths_are_stored() -> None:
-    walls = sp.Barrier(-0.5, 0.5), sp.Barrier(0.7, 0.5, side="below")
+    walls = sp.Barrier(-0.5, 0.5), sp.Barrier(0.7, 0.5, free_side="below")
     system = sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0), NEARLY_LINEAR, *walls)
     given: dict[str, Any] = {"paths": 64, "duration": 10.0, "step": 0.1}
     alone, stored = sp.simulate(system, **given).to_xarray(), sp.simulate(system, record=2, **given).to_xarray()

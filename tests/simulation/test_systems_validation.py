@@ -18,7 +18,7 @@ pytestmark = pytest.mark.validation
 
 SPRING, WHITE = sp.Spring(1.0), sp.WhiteNoise(1.0)
 DUFFING = sp.PolynomialSpring((0.0, 0.1, 1.0))
-WALLS = sp.Barrier(-0.5), sp.Barrier(1.2, side="below")
+WALLS = sp.Barrier(-0.5), sp.Barrier(1.2, free_side="below")
 
 
 def duffing(x: np.ndarray) -> np.ndarray:
@@ -43,14 +43,17 @@ def check(system: sp.System, exact: dict[str, float], *, sharp: float = 0.005, *
     [
         ((SPRING, DUFFING, *WALLS), -0.5, 1.2, duffing),
         ((SPRING, *WALLS), -0.5, 1.2, lambda x: 0.5 * x * x),
-        ((SPRING, sp.Barrier(0.3, side="above"), sp.Barrier(1.5, side="below")), 0.3, 1.5, lambda x: 0.5 * x * x),
-        ((SPRING, sp.Barrier(-1.5), sp.Barrier(-0.3, side="below")), -1.5, -0.3, lambda x: 0.5 * x * x),
+        (
+            (SPRING, sp.Barrier(0.3, free_side="above"), sp.Barrier(1.5, free_side="below")), 0.3, 1.5,
+            lambda x: 0.5 * x * x,
+        ),
+        ((SPRING, sp.Barrier(-1.5), sp.Barrier(-0.3, free_side="below")), -1.5, -0.3, lambda x: 0.5 * x * x),
         ((SPRING, DUFFING, sp.Constant(-1.0), sp.Barrier(-0.5)), -0.5, 6.0, lambda x: duffing(x) + x),
         ((sp.Spring(-1.0), sp.PolynomialSpring((0, 0, 1.0)), WALLS[0]), -0.5, 6.0,
          lambda x: 0.25 * x**4 - 0.5 * x * x),
         ((sp.Constant(1.0), sp.PolynomialSpring((0, 0, 0, 0, 1.0)), sp.Barrier(-0.7)), -0.7, 5.0,
          lambda x: x**6 / 6.0 - x),
-        ((sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Barrier(0.1, side="above")), 0.1, 6.0, lambda x: 0.25 * x**4),
+        ((sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Barrier(0.1, free_side="above")), 0.1, 6.0, lambda x: 0.25 * x**4),
     ],
     ids=["duffing", "linear", "pressed-down", "pressed-up", "preload", "two-wells", "sixth", "no-linear-spring"],
 )  # fmt: skip
@@ -76,10 +79,10 @@ def test_the_numbers_of_two_walls() -> None:
     [
         ((sp.Contact(-0.2, 50.0),), 0.04, lambda x: 0.5 * x * x + 20.0 * np.maximum(-0.2 - x, 0.0) ** 2.5),
         ((sp.Contact(-0.2, 20.0, 1.0),), 0.04, lambda x: 0.5 * x * x + 10.0 * np.maximum(-0.2 - x, 0.0) ** 2),
-        ((sp.Contact(-0.2, 2000.0, 2.0), sp.Contact(0.6, 3.0, 1.0, side="below")), 0.04,
+        ((sp.Contact(-0.2, 2000.0, 2.0), sp.Contact(0.6, 3.0, 1.0, free_side="below")), 0.04,
          lambda x: 0.5 * x * x + 2000.0 * np.maximum(-0.2 - x, 0.0) ** 3 / 3.0 + 1.5 * np.maximum(x - 0.6, 0.0) ** 2),
         (
-            (sp.Contact(0.5, 300.0, side="above"),),
+            (sp.Contact(0.5, 300.0, free_side="above"),),
             0.04,
             lambda x: 0.5 * x * x + 120.0 * np.maximum(0.5 - x, 0.0) ** 2.5,
         ),
@@ -98,7 +101,7 @@ def test_soft_stops(contacts: tuple[Any, ...], step: float, energy: Any) -> None
         at = float(np.interp(contact.position, x, weights))
         exact[f"{name}_impact_rate"] = at / math.sqrt(2.0 * math.pi)
         exact[f"{name}_impact_speed_mean"] = math.sqrt(0.5 * math.pi)
-        inside |= x < contact.position if contact.side == "above" else x > contact.position
+        inside |= x < contact.position if contact.free_side == "above" else x > contact.position
     exact["contact_share"] = float(np.trapezoid(weights * inside, x))
     check(sp.System(SPRING, sp.Dashpot(0.5), *contacts, WHITE), exact, step=step, paths=24_000)
 
@@ -106,8 +109,8 @@ def test_soft_stops(contacts: tuple[Any, ...], step: float, energy: Any) -> None
 @pytest.mark.parametrize(
     "stops",
     [
-        (sp.Contact(-0.3, 20.0), sp.Barrier(-0.6), sp.Barrier(1.0, side="below")),
-        (sp.Contact(-0.2, 20.0, 1.0), sp.Contact(-0.5, 60.0), sp.Contact(0.4, 30.0, side="below")),
+        (sp.Contact(-0.3, 20.0), sp.Barrier(-0.6), sp.Barrier(1.0, free_side="below")),
+        (sp.Contact(-0.2, 20.0, 1.0), sp.Contact(-0.5, 60.0), sp.Contact(0.4, 30.0, free_side="below")),
     ],
     ids=["rubber-before-steel", "two-on-one-side"],
 )

@@ -44,7 +44,7 @@ RUNS: dict[str, Any] = {
 
 DEVICE = sp.System(
     sp.Mass(0.2), sp.Spring(80.0), sp.Dashpot(0.4), sp.WhiteNoise(5e-5), magnet=sp.PolynomialSpring((0.0, 0.0, 4e5)),
-    lower=sp.Barrier(-0.001, 0.9), upper=sp.Barrier(0.002, side="below"),
+    lower=sp.Barrier(-0.001, 0.9), upper=sp.Barrier(0.002, free_side="below"),
 )  # fmt: skip
 """Two walls and a hardening spring."""
 

@@ -31,7 +31,7 @@ RARE: dict[str, Any] = {
     "axes": {"order": [0.5]},
     "exceedance": {"levels": {"x": [2.6, 3.6]}, "duration": 20.0, "start": "rest", "step": 0.05, "rtol": 0.5},
     "monte_carlo": {
-        "paths": 64, "duration": 60.0, "start": "rest", "step": 0.05, "first_passage": {"x": [1.0, 2.6]},
+        "paths": 512, "duration": 60.0, "start": "rest", "step": 0.05, "first_passage": {"x": [1.0, 2.6]},
         "forces": ["spring_force"], "slowest_counted_impact": 0.2,
     },
 }  # fmt: skip

@@ -49,7 +49,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     (
         {"fixed": {"wall": 1.0}},
         "'wall' is not a key of [fixed]: its keys are order, coefficient, natural_frequency, intensity, position, "
-        "restitution, side and barrier.",
+        "restitution, free_side and barrier.",
     ),
     (
         {"axes": {"naturl_frequency": [1.0]}},
@@ -89,11 +89,12 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ),
     ({"fixed": {"restitution": "1"}}, "fixed.restitution: must be a number, not '1'."),
     ({"fixed": {"intensity": math.inf}}, "fixed.intensity: must be a finite number, not inf."),
-    ({"fixed": {"side": "left"}}, "fixed.side: must be 'above' or 'below', not 'left'."),
+    ({"fixed": {"side": "below"}}, "'side' is not a key of [fixed]; did you mean free_side?"),
+    ({"fixed": {"free_side": "left"}}, "fixed.free_side: must be 'above' or 'below', not 'left'."),
     ({"fixed": {"order": 0.5}}, "order is fixed and is also on an axis: leave out one of the two."),
     (
         {"fixed": {"barrier": False, "position": 0.5}},
-        "fixed.barrier = false cannot be combined with position, restitution or side: there is no wall.",
+        "fixed.barrier = false cannot be combined with position, restitution or free_side: there is no wall.",
     ),
     ({"axes": {}}, "there must be an axis, such as [axes] order = [0.25, 0.5]."),
     ({"axes": [0.5]}, "axes: must be a table."),
@@ -379,7 +380,13 @@ def test_keys_come_from_content() -> None:
         list(tasks(read_study({**RUNS, **MONTE_CARLO, "axes": {"order": [0.1, 0.5]}})))[1],
     ):
         assert (same.key, same.seed) == (base.key, base.seed)
-    others = [base, only(seed=8), runs(paths=129), only(fixed={"side": "below"}), only(axes={"order": [0.5000001]})]
+    others = [
+        base,
+        only(seed=8),
+        runs(paths=129),
+        only(fixed={"free_side": "below"}),
+        only(axes={"order": [0.5000001]}),
+    ]
     assert len({task.key for task in others}) == len({task.seed for task in others}) == len(others)
 
 
@@ -439,7 +446,7 @@ def test_the_schema_tells_right_from_wrong() -> None:
         (("seed",), -1),
         (("sed",), 1),
         (("monte_carlo", "rtol"), 2.0),
-        (("fixed", "side"), "left"),
+        (("fixed", "free_side"), "left"),
     ):
         content = copy.deepcopy(example())
         table = content

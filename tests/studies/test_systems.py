@@ -48,7 +48,7 @@ def test_every_number_is_at_its_place(place: Path) -> None:
         device = sp.System(
             sp.Mass(0.2), sp.Spring(80.0), sp.Dashpot(0.4), sp.WhiteNoise(5e-5),
             magnet=sp.PolynomialSpring((0.0, 0.0, k)), lower=sp.Barrier([-0.001, -0.002][case], r),
-            upper=sp.Barrier([0.002, 0.003][case], side="below"),
+            upper=sp.Barrier([0.002, 0.003][case], free_side="below"),
         )  # fmt: skip
         assert task.system == device
         if task.method == "monte_carlo":
@@ -188,7 +188,7 @@ def test_a_record_is_run_from_its_beginning() -> None:
     assert tasks.check_some(read_study(asked), 10) == 1
 
 
-SPRINGLESS = sp.System(sp.Dashpot(1.0), sp.WhiteNoise(1.0), sp.Barrier(-1.0), sp.Barrier(1.0, side="below"))
+SPRINGLESS = sp.System(sp.Dashpot(1.0), sp.WhiteNoise(1.0), sp.Barrier(-1.0), sp.Barrier(1.0, free_side="below"))
 
 
 def test_without_a_linear_spring_the_quantity_is_that_of_a_run() -> None:
@@ -204,7 +204,10 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"axes": {"parts.lwr.position": [0.1]}}, f"{AXES}the system has no part 'lwr'; did you mean lower?"),
     ({"axes": {"parts.stop.position": [0.1]}}, f"{AXES}the system has no part 'stop': its parts are mass, spring, "),
     ({"axes": {"parts.lower.restituton": [0.1]}}, f"{AXES}lower (barrier) has no number 'restituton'; did you mean "),
-    ({"axes": {"parts.lower.side": [0.1]}}, f"{AXES}lower (barrier) has no number 'side'; its numbers are position"),
+    (
+        {"axes": {"parts.lower.free_side": [0.1]}},
+        f"{AXES}lower (barrier) has no number 'free_side'; its numbers are position",
+    ),
     ({"axes": {"parts.magnet.coefficients.4": [0.1]}}, f"{AXES}magnet (polynomial_spring) has no number 'coef"),
     ({"axes": {"restitution": [0.1]}}, f"{AXES}'restitution' must be parts.<name>.<number>; did you mean parts.lower."),
     ({"axes": {"parts": {"lower": {"restitution": 0.5}}}}, "axes.parts.lower.restitution: an axis must be a list of"),

@@ -19,7 +19,7 @@ def differ(found, true) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("walls", [(), (sp.Barrier(0.0),), (sp.Barrier(0.0, side="below"),)])
+@pytest.mark.parametrize("walls", [(), (sp.Barrier(0.0),), (sp.Barrier(0.0, free_side="below"),)])
 def test_dashpots_are_exact_in_any_hardening_well(walls) -> None:
     springs = sp.Mass(0.5), sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 3.0, 0.0, 0.2))
     system = sp.System(*springs, sp.Dashpot(0.3), *walls, WHITE)
@@ -31,7 +31,7 @@ def test_dashpots_are_exact_in_any_hardening_well(walls) -> None:
 
 
 @pytest.mark.parametrize(("order", "coefficient"), [(0.2, 1.0), (0.5, 0.3), (1.0, 0.1)])
-@pytest.mark.parametrize("walls", [(), (sp.Barrier(0.0, 0.8),), (sp.Barrier(0.0, side="below"),)])
+@pytest.mark.parametrize("walls", [(), (sp.Barrier(0.0, 0.8),), (sp.Barrier(0.0, free_side="below"),)])
 def test_a_linear_spring_has_the_averaging_of_an_oscillator(order, coefficient, walls) -> None:
     system = sp.System(sp.Spring(4.0), sp.Springpot(order, coefficient), *walls, WHITE)
     shifted = averaging(system, form="shifted")

@@ -137,7 +137,7 @@ def test_no_wall_against_the_exact_spectrum():
 @pytest.mark.parametrize("form", ["corrected", "printed"])
 def test_mirrored_wall(form):
     above = averaging(oscillator(), form=form)
-    below = averaging(oscillator(barrier=Barrier(side="below")), form=form)
+    below = averaging(oscillator(barrier=Barrier(free_side="below")), form=form)
     assert below.x_mean == -above.x_mean < 0
     assert {n: v for n, v in below.to_dict().items() if n != "x_mean"} == {
         n: v for n, v in above.to_dict().items() if n != "x_mean"
@@ -150,7 +150,7 @@ def test_mirrored_wall(form):
 @pytest.mark.parametrize("form", ["corrected", "printed"])
 def test_wall_elsewhere_is_not_covered(position, form):
     with pytest.raises(NotCoveredError, match="covers a wall at position 0 or no wall"):
-        averaging(oscillator(barrier=Barrier(position=position, side="above")), form=form)
+        averaging(oscillator(barrier=Barrier(position=position, free_side="above")), form=form)
 
 
 def test_printed_form_is_for_an_elastic_wall():
@@ -209,7 +209,7 @@ def test_transient_refuses(arguments):
 
 
 @pytest.mark.parametrize("time", [None, 0.3])
-@pytest.mark.parametrize("wall", [Barrier(), Barrier(side="below"), None])
+@pytest.mark.parametrize("wall", [Barrier(), Barrier(free_side="below"), None])
 def test_densities_have_the_moments(time, wall):
     result = averaging(oscillator(0.6, 0.4, omega=1.7, q=2.0, barrier=wall))
     omega = result.paper.natural_frequency
@@ -350,7 +350,7 @@ def test_all_methods():
     assert list(both)[:2] == ["averaging_printed", "averaging"]
     assert both["averaging_printed"]["amplitude_mean_square"] == pytest.approx(3.519, abs=5e-4)
     assert both["averaging"]["amplitude_mean_square"] == pytest.approx(1.173, abs=5e-4)
-    away = all_methods(oscillator(barrier=Barrier(position=1.0, side="above")))
+    away = all_methods(oscillator(barrier=Barrier(position=1.0, free_side="above")))
     assert away["averaging"]["x_mean"] is None
     assert "covers a wall at position 0" in str(away["averaging"]["statement"])
 
@@ -415,7 +415,7 @@ def test_shifted_form_of_a_dashpot_and_of_a_light_springpot_is_the_corrected_one
 
 
 def test_shifted_moments_hang_together():
-    result = shifted(0.4, 0.8, omega=2.0, q=3.0, barrier=Barrier(restitution=0.9, side="below"))
+    result = shifted(0.4, 0.8, omega=2.0, q=3.0, barrier=Barrier(restitution=0.9, free_side="below"))
     w = result.frequency
     assert w > 2.0
     assert result.method == "averaging_amplitude"
@@ -436,7 +436,7 @@ def test_shifted_form_warns_and_refuses():
     assert "unchecked" in shifted(0.5, 5.0).warnings[0]
     assert "without a wall" in shifted(barrier=None).warnings[0]
     with pytest.raises(NotCoveredError, match="position 0 or no wall"):
-        shifted(barrier=Barrier(0.5, side="above"))
+        shifted(barrier=Barrier(0.5, free_side="above"))
     with pytest.raises(NoStationaryStateError, match="order 0 is a spring"):
         _ = shifted(0.0).x_mean
     assert shifted(0.0).frequency ** 2 == pytest.approx(1 + (1 - 8 / math.pi**2), rel=1e-12)

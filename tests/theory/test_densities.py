@@ -12,14 +12,14 @@ from springpot.theory.numerics.panels import panel_rule
 from tests.sizes import validation
 
 
-def make(order, c, b=0.0, r=1.0, side="above", omega=1.0, q=1.0):
-    return Oscillator(omega, Springpot(order, c), None if b is None else Barrier(b, r, side), WhiteNoise(q))
+def make(order, c, b=0.0, r=1.0, free_side="above", omega=1.0, q=1.0):
+    return Oscillator(omega, Springpot(order, c), None if b is None else Barrier(b, r, free_side), WhiteNoise(q))
 
 
 CASES = {
     "averaging": lambda: averaging(make(0.4, 0.5, 0.0, 0.9)),
     "averaging without a wall": lambda: averaging(make(0.4, 0.5, None)),
-    "averaging shifted": lambda: averaging(make(0.3, 0.5, 0.0, side="below"), form="shifted"),
+    "averaging shifted": lambda: averaging(make(0.3, 0.5, 0.0, free_side="below"), form="shifted"),
     "averaging printed": lambda: averaging(make(0.6, 0.5, 0.0, omega=2.0), form="printed"),
     "exact dashpot": lambda: exact(make(1.0, 0.5, 0.7)),
     "exact gap": lambda: exact(make(1.0, 0.5, -1.5, omega=3.0, q=0.2)),
@@ -28,14 +28,14 @@ CASES = {
     "envelope gap": lambda: envelope(make(0.5, 1.0, -1.0, 0.8)),
     "envelope preload": lambda: envelope(make(0.3, 0.1, 0.5, 0.5)),
     "envelope crossing": lambda: envelope(make(0.9, 3.0, -0.2)),
-    "envelope dashpot": lambda: envelope(make(1.0, 0.5, 0.0, side="below", omega=2.0, q=3.0)),
+    "envelope dashpot": lambda: envelope(make(1.0, 0.5, 0.0, free_side="below", omega=2.0, q=3.0)),
     "envelope without a wall": lambda: envelope(make(0.4, 1.0, None)),
     "memory_closure": lambda: memory_closure(make(0.5, 1.0)),
     "closure losses": lambda: memory_closure(make(0.2, 0.05, 0.8, 0.6)),
     "closure gap": lambda: memory_closure(make(0.6, 0.3, -0.3, 0.7, omega=2.0)),
     "closure without a wall": lambda: memory_closure(make(0.4, 0.2, None)),
     "fokker_planck": lambda: fokker_planck(make(1.0, 0.3, 0.0, 0.8)),
-    "fokker_planck slow": lambda: fokker_planck(make(1.0, 0.3, -0.5, 0.3, side="above", omega=2.0)),
+    "fokker_planck slow": lambda: fokker_planck(make(1.0, 0.3, -0.5, 0.3, free_side="above", omega=2.0)),
 }
 NAMES = ("x_density", "v_density", "amplitude_density", "energy_density", "impact_speed_density")
 

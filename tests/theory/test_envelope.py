@@ -23,8 +23,8 @@ from springpot.theory.result import MOMENTS, NoStationaryStateError
 from tests.sizes import validation
 
 
-def make(order=0.5, c=0.1, b=0.0, r=1.0, *, omega=1.0, q=1.0, side="above"):
-    wall = None if b is None else Barrier(b, r, side)
+def make(order=0.5, c=0.1, b=0.0, r=1.0, *, omega=1.0, q=1.0, free_side="above"):
+    wall = None if b is None else Barrier(b, r, free_side)
     return Oscillator(omega, Springpot(order, c), wall, WhiteNoise(q))
 
 
@@ -291,7 +291,7 @@ def test_densities_vanish_behind_the_wall_and_pass_nan_on():
 
 
 def test_mirror_image():
-    above, below = envelope(make(0.4, 0.5, -0.7, 0.8)), envelope(make(0.4, 0.5, 0.7, 0.8, side="below"))
+    above, below = envelope(make(0.4, 0.5, -0.7, 0.8)), envelope(make(0.4, 0.5, 0.7, 0.8, free_side="below"))
     assert below.x_mean == -above.x_mean
     assert below.amplitude_mean_square == above.amplitude_mean_square
     assert below.impact_rate == above.impact_rate

@@ -80,7 +80,7 @@ def test_the_stretch_goes_back_to_where_it_came_from() -> None:
 def test_more_time_is_spent_on_the_way_out_which_is_slower() -> None:
     v = np.linspace(0.0, 20.0, 20_001)
     for side, way in (("above", 1.0), ("below", -1.0)):
-        wall = sp.Barrier(restitution=0.5, side=side)
+        wall = sp.Barrier(restitution=0.5, free_side=side)
         found = envelope(sp.Oscillator(springpot=sp.Springpot(0.5, 0.1), barrier=wall))
         out, back = (integrate.trapezoid(found.v_density(sign * way * v), v) for sign in (1.0, -1.0))
         assert out + back == pytest.approx(1.0, abs=1e-6)

@@ -142,7 +142,7 @@ def test_orders_near_one_tend_to_the_dashpot():
 @pytest.mark.parametrize("position", [-3.0, -0.5, 0.0, 0.7, 4.0])
 def test_dashpot_and_wall_against_direct_integration(position):
     c, omega, q = 0.4, 1.7, 2.3
-    result = exact(oscillator(1.0, c, omega, q, Barrier(position, side="above")))
+    result = exact(oscillator(1.0, c, omega, q, Barrier(position, free_side="above")))
 
     def weight(x):
         return math.exp(-(c * omega**2 / q) * (x * x - max(position, 0.0) ** 2))
@@ -178,7 +178,7 @@ def test_dashpot_at_zero_is_the_folded_linear_oscillator():
 def test_deep_preload(k):
     """The mass hammers the wall: x - b is exponential with mean s/k, and nothing overflows."""
     spread = math.sqrt(0.5 / 0.3)
-    result = exact(oscillator(barrier=Barrier(k * spread, side="above")))
+    result = exact(oscillator(barrier=Barrier(k * spread, free_side="above")))
     with mpmath.workdps(60):
         z = mpmath.mpf(k)
         hazard = float(mpmath.npdf(z) / mpmath.ncdf(-z)) if k < 1e4 else k + 1 / k
@@ -193,7 +193,7 @@ def test_deep_preload(k):
 @pytest.mark.parametrize("k", [-8.0, -30.0, -37.0])
 def test_deep_gap(k):
     """Impacts become rare in proportion to exp(-k^2/2), not zero."""
-    result = exact(oscillator(barrier=Barrier(k * math.sqrt(0.5 / 0.3), side="above")))
+    result = exact(oscillator(barrier=Barrier(k * math.sqrt(0.5 / 0.3), free_side="above")))
     assert result.impact_rate == pytest.approx(math.exp(-k * k / 2) / (2 * math.pi), rel=1e-11)
     assert result.x_mean_square == pytest.approx(exact(oscillator()).x_mean_square, rel=1e-12)
 
@@ -212,8 +212,8 @@ def test_a_gap_beyond_reach_is_no_wall():
     [
         (1.0, 0.3, Barrier()),
         (1.0, 0.3, Barrier(-0.8)),
-        (1.0, 0.3, Barrier(1.1, side="above")),
-        (1.0, 0.3, Barrier(0.6, side="below")),
+        (1.0, 0.3, Barrier(1.1, free_side="above")),
+        (1.0, 0.3, Barrier(0.6, free_side="below")),
         (1.0, 0.3, None),
         (0.4, 0.5, None),
         (0.1, 8.0, None),
@@ -266,13 +266,13 @@ def test_units():
 
 
 def test_mirrored_wall():
-    above = exact(oscillator(barrier=Barrier(0.4, side="above")))
-    below = exact(oscillator(barrier=Barrier(-0.4, side="below")))
+    above = exact(oscillator(barrier=Barrier(0.4, free_side="above")))
+    below = exact(oscillator(barrier=Barrier(-0.4, free_side="below")))
     assert below.x_mean == -above.x_mean < 0
     assert below.x_mean_square == above.x_mean_square
     x = np.linspace(-3, 3, 13)
     np.testing.assert_array_equal(below.x_density(x), above.x_density(-x))
-    folded = exact(oscillator(barrier=Barrier(side="below")))
+    folded = exact(oscillator(barrier=Barrier(free_side="below")))
     assert float(folded.x_mean_at(1.0)) == -float(exact(oscillator(barrier=Barrier())).x_mean_at(1.0)) < 0
 
 
@@ -307,7 +307,7 @@ def test_infinite_time_is_the_stationary_state():
 
 
 def test_no_noise_is_rest():
-    result = exact(oscillator(q=0.0, barrier=Barrier(0.7, side="above")))
+    result = exact(oscillator(q=0.0, barrier=Barrier(0.7, free_side="above")))
     assert (result.x_mean, result.x_mean_square, result.impact_rate) == (0.7, pytest.approx(0.49), 0.0)
     assert exact(oscillator(0.5, q=0.0)).amplitude_mean_square == 0.0
     with pytest.raises(ValueError, match="no density"):
@@ -347,7 +347,7 @@ def test_refusals():
         result.correlation(math.nan)
     with pytest.raises(NotCoveredError, match="no wall to strike"):
         result.impact_speed_density(1.0)
-    walled = exact(oscillator(barrier=Barrier(0.2, side="above")))
+    walled = exact(oscillator(barrier=Barrier(0.2, free_side="above")))
     for ask in (walled.correlation, walled.x_mean_square_at):
         with pytest.raises(NotCoveredError, match="wall at 0"):
             ask(1.0)
@@ -356,7 +356,7 @@ def test_refusals():
 
 
 def test_far_away_nothing_is_left():
-    for result in (exact(oscillator(barrier=Barrier(0.2, side="above"))), exact(oscillator(0.5))):
+    for result in (exact(oscillator(barrier=Barrier(0.2, free_side="above"))), exact(oscillator(0.5))):
         for density in (result.x_density, result.v_density, result.amplitude_density, result.energy_density):
             np.testing.assert_array_equal(density([1e200, math.inf]), 0.0)
     assert float(exact(oscillator()).spectrum(math.inf)) < 1e-290

@@ -22,8 +22,8 @@ from springpot.theory.result import MOMENTS, NoStationaryStateError
 from tests.sizes import validation
 
 
-def oscillator(c=0.2, r=0.8, position=0.0, omega=1.0, q=1.0, side="above") -> Oscillator:
-    return Oscillator(omega, Springpot(1.0, c), Barrier(position, r, side), WhiteNoise(q))
+def oscillator(c=0.2, r=0.8, position=0.0, omega=1.0, q=1.0, free_side="above") -> Oscillator:
+    return Oscillator(omega, Springpot(1.0, c), Barrier(position, r, free_side), WhiteNoise(q))
 
 
 def problem_of(asked: Oscillator) -> Problem:
@@ -160,7 +160,7 @@ def test_losses_cool_the_oscillator():
 
 def test_units_and_mirror():
     base = fokker_planck(oscillator(0.4, 0.7, 0.3))
-    asked = oscillator(0.4 * 50, 0.7, -0.3 * math.sqrt(7.0 / 50**3), omega=50.0, q=7.0, side="below")
+    asked = oscillator(0.4 * 50, 0.7, -0.3 * math.sqrt(7.0 / 50**3), omega=50.0, q=7.0, free_side="below")
     scaled = fokker_planck(asked)
     length, speed = scaled.paper.length_scale, scaled.paper.speed_scale
     assert scaled.x_mean == pytest.approx(-base.x_mean * length, rel=1e-9)
@@ -274,7 +274,7 @@ def test_joint_density_at_the_wall_carries_the_impacts():
 @pytest.mark.validation  # every day: the speeds in test_units_and_mirror
 def test_densities_in_units_and_in_the_mirror():
     base = fokker_planck(oscillator(0.4, 0.7, 0.3))
-    asked = oscillator(0.4 * 50, 0.7, -0.3 * math.sqrt(7.0 / 50**3), omega=50.0, q=7.0, side="below")
+    asked = oscillator(0.4 * 50, 0.7, -0.3 * math.sqrt(7.0 / 50**3), omega=50.0, q=7.0, free_side="below")
     scaled = fokker_planck(asked)
     length, speed = scaled.paper.length_scale, scaled.paper.speed_scale
     x, v = np.array([0.1, 0.5, 1.2])[:, None], np.array([-0.7, 0.4])

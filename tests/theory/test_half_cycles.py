@@ -24,7 +24,7 @@ def between(order: float, c: float, gaps: tuple[float, float], losses: tuple[flo
     pot = sp.Dashpot(c) if order == 1.0 else sp.Springpot(order, c)
     stops = {
         "near": sp.Barrier(-gaps[0], losses[0]),
-        "far": sp.Barrier(gaps[1], losses[1], side="below"),
+        "far": sp.Barrier(gaps[1], losses[1], free_side="below"),
     }
     return sp.System(sp.Spring(1.0), pot, sp.WhiteNoise(2.0 * c * math.sin(order * math.pi / 2.0)), **stops)
 
@@ -82,7 +82,7 @@ def box(upper: float, lower: float = 4e-3) -> sp.System:
     mass, bare, with_them, order = 2.5, 68.9, 96.0, 0.25
     pot = mass * (with_them**2 - bare**2) / (with_them**order * math.cos(order * math.pi / 2.0))
     noise = sp.WhiteNoise(5.71)
-    stops = {"near": sp.Barrier(-lower, 0.6), "far": sp.Barrier(upper, 0.6, side="below")}
+    stops = {"near": sp.Barrier(-lower, 0.6), "far": sp.Barrier(upper, 0.6, free_side="below")}
     return sp.System(sp.Mass(mass), sp.Spring(mass * bare**2), sp.Springpot(order, pot), noise, **stops)
 
 
@@ -107,7 +107,7 @@ def test_elastic_stops_and_a_dashpot_against_the_exact_law(c: float, share: floa
 
 
 def test_a_cubic_spring_against_the_exact_law() -> None:
-    stops = {"near": sp.Barrier(-0.8), "far": sp.Barrier(1.2, side="below")}
+    stops = {"near": sp.Barrier(-0.8), "far": sp.Barrier(1.2, free_side="below")}
     cubic = sp.PolynomialSpring((0.0, 0.0, 0.6))
     system = sp.System(sp.Spring(1.0), cubic, sp.Dashpot(0.1), sp.WhiteNoise(0.2), **stops)
     found, true = half_cycles(system), sp.theory.exact(system)
@@ -138,7 +138,7 @@ def test_units_and_sides_do_not_matter() -> None:
         sp.System(
             sp.Mass(mass), sp.Spring(mass / time**2), sp.Springpot(0.5, 0.2 * mass * time**-1.5),
             sp.WhiteNoise(q * force**2 * time),
-            sp.Barrier(1.2 * length, 0.7, side="below"), sp.Barrier(-1.9 * length, 0.6),
+            sp.Barrier(1.2 * length, 0.7, free_side="below"), sp.Barrier(-1.9 * length, 0.6),
         )
     ))  # fmt: skip
     assert [rate * time for rate in there] == pytest.approx(here, rel=1e-9)
@@ -169,10 +169,13 @@ def test_where_no_cell_is_near_no_per_cent_is_stated() -> None:
     ("parts", "sentence"),
     [
         ((sp.Spring(1.0), sp.Dashpot(0.2), sp.Barrier(-1.0)), "here there is one wall"),
-        ((sp.Dashpot(0.2), sp.Barrier(-1.0), sp.Barrier(1.0, side="below")), "here there is none"),
-        ((sp.Spring(1.0), sp.Barrier(-1.0), sp.Barrier(1.0, side="below")), "here there is none"),
-        ((sp.Spring(1.0), SOFT, sp.Dashpot(0.2), sp.Barrier(-1.0), sp.Barrier(1.0, side="below")), "here the springs"),
-        ((sp.Spring(1.0), sp.VanDerPol(0.1), sp.Barrier(-1.0), sp.Barrier(1.0, side="below")), "not van_der_pol"),
+        ((sp.Dashpot(0.2), sp.Barrier(-1.0), sp.Barrier(1.0, free_side="below")), "here there is none"),
+        ((sp.Spring(1.0), sp.Barrier(-1.0), sp.Barrier(1.0, free_side="below")), "here there is none"),
+        (
+            (sp.Spring(1.0), SOFT, sp.Dashpot(0.2), sp.Barrier(-1.0), sp.Barrier(1.0, free_side="below")),
+            "here the springs",
+        ),
+        ((sp.Spring(1.0), sp.VanDerPol(0.1), sp.Barrier(-1.0), sp.Barrier(1.0, free_side="below")), "not van_der_pol"),
     ],
 )  # fmt: skip
 def test_what_they_do_not_cover(parts: tuple[object, ...], sentence: str) -> None:
@@ -181,7 +184,7 @@ def test_what_they_do_not_cover(parts: tuple[object, ...], sentence: str) -> Non
 
 
 def test_without_noise_there_is_no_stationary_state() -> None:
-    stops = sp.Barrier(-1.0), sp.Barrier(1.5, side="below")
+    stops = sp.Barrier(-1.0), sp.Barrier(1.5, free_side="below")
     still = half_cycles(sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.0), *stops))
     assert "nothing excites" in str(still.stationary)
 
@@ -222,7 +225,7 @@ def test_thirty_random_systems_say_their_error() -> None:
 
 
 def test_a_springpot_of_order_0_is_a_spring() -> None:
-    stops = {"near": sp.Barrier(-1.0), "far": sp.Barrier(1.2, side="below")}
+    stops = {"near": sp.Barrier(-1.0), "far": sp.Barrier(1.2, free_side="below")}
     parts = sp.Dashpot(0.1), sp.WhiteNoise(0.2)
     split = sp.System(sp.Spring(1.0), sp.Springpot(0.0, 1.0), *parts, **stops)
     whole = sp.System(sp.Spring(2.0), *parts, **stops)
@@ -253,7 +256,7 @@ def test_what_the_chain_does_not_resolve_is_refused() -> None:
 
 
 def test_other_methods_answer_where_nothing_draws_the_mass_at_rest() -> None:
-    stops = {"near": sp.Barrier(-1.5, 0.6), "far": sp.Barrier(2.2, 0.6, side="below")}
+    stops = {"near": sp.Barrier(-1.5, 0.6), "far": sp.Barrier(2.2, 0.6, free_side="below")}
     for springs in ((), (sp.Spring(-1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)))):
         _, statements = solve_all(sp.System(*springs, sp.Springpot(0.7, 0.5), sp.WhiteNoise(0.5), **stops))
         assert "half cycles" in statements["half_cycles"]

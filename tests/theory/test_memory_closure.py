@@ -24,8 +24,8 @@ from springpot.theory.result import MOMENTS, NoConvergenceError, NoStationarySta
 from tests.sizes import thinned, validation
 
 
-def oscillator(alpha=0.5, c=1.0, r=1.0, b=0.0, omega=1.0, q=1.0, side="above") -> Oscillator:
-    return Oscillator(omega, Springpot(alpha, c), Barrier(b, r, side), WhiteNoise(q))
+def oscillator(alpha=0.5, c=1.0, r=1.0, b=0.0, omega=1.0, q=1.0, free_side="above") -> Oscillator:
+    return Oscillator(omega, Springpot(alpha, c), Barrier(b, r, free_side), WhiteNoise(q))
 
 
 def free(alpha=0.5, c=1.0, omega=1.0, q=1.0) -> Oscillator:
@@ -258,12 +258,12 @@ def test_no_wall_is_the_exact_spectrum(alpha, c):
 @pytest.mark.parametrize("asked", [
     validation(oscillator(0.5, 1)), validation(oscillator(0.2, 0.05, 0.6, 0.8)), free(0.4, 0.2, omega=0.5),
     validation(oscillator(0.8, 0.5, 0.9, -0.15, omega=3.0, q=2.0)),
-    validation(oscillator(0.5, 0.3, 0.7, -0.3, side="below")),
+    validation(oscillator(0.5, 0.3, 0.7, -0.3, free_side="below")),
 ])  # fmt: skip
 def test_densities_have_mass_one_and_the_moments(asked):
     result = memory_closure(asked)
     omega, wall = asked.natural_frequency, result.paper.barrier
-    sign = 1.0 if wall is None or wall.side == "above" else -1.0
+    sign = 1.0 if wall is None or wall.free_side == "above" else -1.0
     position = 0.0 if wall is None else wall.position
     x_far, v_far = 12 * math.sqrt(result.x_mean_square), 12 * math.sqrt(result.v_mean_square)
     start = -x_far if wall is None else position
@@ -392,7 +392,7 @@ def test_dimensionless_law_and_mirror():
     assert result.x_mean == pytest.approx(unit.x_mean * length, rel=1e-7)
     assert result.impact_rate == pytest.approx(unit.impact_rate * omega, rel=1e-7)
     assert result.impact_speed_mean == pytest.approx(unit.impact_speed_mean * length * omega, rel=1e-7)
-    mirrored = memory_closure(oscillator(0.4, 0.3, 0.8, -0.5, side="below"))
+    mirrored = memory_closure(oscillator(0.4, 0.3, 0.8, -0.5, free_side="below"))
     for name in MOMENTS:
         sign = -1 if name == "x_mean" else 1
         assert getattr(mirrored, name) == sign * getattr(unit, name)

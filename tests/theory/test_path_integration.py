@@ -94,7 +94,8 @@ MEASURED = [  # parts, then <x>, <x^2>, <v^2> and the impact rate with standard 
      ((0.36847, 0.0011), (0.28425, 0.0011), (0.24643, 0.0009)), 0.02),
     validation((sp.Spring(-2.0), HARD, DASHPOT, sp.ColoredNoise(1.0, 2.0)),  # two wells
                ((0.0, 0.0019), (1.2136, 0.0007), (0.8893, 0.0016)), 0.01),
-    validation((sp.Springpot(0.5, 0.3), sp.ColoredNoise(1.0, 2.0), sp.Barrier(-1.0), sp.Barrier(0.7, side="below")),
+    validation((sp.Springpot(0.5, 0.3), sp.ColoredNoise(1.0, 2.0), sp.Barrier(-1.0),
+                sp.Barrier(0.7, free_side="below")),
                ((-0.1147, 0.0006), (0.2330, 0.0002), (0.6876, 0.0013), (0.3351, 0.0004)), 0.03),
     validation((sp.Springpot(0.2, 0.3), noise(3.0), sp.Barrier(0.0)),
                ((1.4086, 0.0021), (3.0550, 0.0084), (2.9335, 0.0093), (0.31454, 0.0003)), 0.02),
@@ -117,7 +118,8 @@ def test_a_mirror_image_and_other_units() -> None:
     plain = sp.System(SPRING, HARD, sp.Dashpot(0.5), sp.ColoredNoise(1.0, 1.0), sp.Barrier(-0.3, 0.8))
     same = sp.System(
         sp.Mass(mass), sp.Spring(mass / time**2), sp.PolynomialSpring((0.0, 0.0, force / length**3)),
-        sp.Dashpot(0.5 * mass / time), sp.ColoredNoise(force**2, time), sp.Barrier(0.3 * length, 0.8, side="below"),
+        sp.Dashpot(0.5 * mass / time), sp.ColoredNoise(force**2, time),
+        sp.Barrier(0.3 * length, 0.8, free_side="below"),
     )  # fmt: skip
     one, other = path_integration(plain), path_integration(same)
     assert other.x_mean == pytest.approx(-length * one.x_mean, rel=1e-5)
@@ -167,7 +169,7 @@ def test_where_hops_are_too_short_there_is_no_rate() -> None:
 
 def test_between_two_elastic_walls_the_map_says_the_error() -> None:
     """<v^2> is 3.5 % low here, which the warning has to cover."""
-    walls = sp.Barrier(-0.6), sp.Barrier(0.9, side="below")
+    walls = sp.Barrier(-0.6), sp.Barrier(0.9, free_side="below")
     held = sp.System(SPRING, sp.Springpot(0.35, 0.5), sp.ColoredNoise(0.8, 0.4), *walls)
     found = path_integration(held)
     run = sp.simulate(held, paths=2000, duration=100.0, seed=6)
@@ -180,7 +182,7 @@ def test_between_two_elastic_walls_the_map_says_the_error() -> None:
 def test_light_damping_is_refused_after_few_tries(monkeypatch: pytest.MonkeyPatch) -> None:
     tries, stationary = [], Chain.stationary
     monkeypatch.setattr(Chain, "stationary", lambda *given: [tries.append(1), stationary(*given)][1])
-    walls = sp.Barrier(-0.7), sp.Barrier(1.1, side="below")
+    walls = sp.Barrier(-0.7), sp.Barrier(1.1, free_side="below")
     with pytest.raises(NoConvergenceError, match="where damping is light"):
         path_integration(sp.System(SPRING, sp.Springpot(0.5, 0.06), noise(1.9), *walls))
     assert len(tries) <= 4

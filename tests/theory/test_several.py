@@ -458,7 +458,7 @@ def test_results_and_systems_are_shown_in_short() -> None:
     assert not any(word in repr(found) for word in ("nan", "array", "Companion"))
     assert eval(repr(THREE), {**vars(sp.problem.parts), "System": sp.System}) == THREE
     named = sp.System(*TWO, sp.Spring(1.0, between=ENDS[0]), stop=sp.Barrier(-1.0, between=ENDS[1]))
-    assert repr(named).endswith("stop=Barrier(position=-1.0, restitution=1.0, side='above', between=('a', 'b')))")
+    assert repr(named).endswith("stop=Barrier(position=-1.0, restitution=1.0, free_side='above', between=('a', 'b')))")
     assert "stationary='There is no stationary state: no spring pulls b back" in repr(
         linear(sp.System(*named.parts[:3], NOISE))
     )

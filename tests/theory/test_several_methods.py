@@ -58,7 +58,7 @@ def test_two_masses_that_strike_each_other() -> None:
     stop = sp.Barrier(-0.3, between=LINK)
     found = exact(sp.System(*pair, *springs, dashpot, sp.ThermalNoise(0.6), stop=stop))
     assert (found.stop_impact_rate, found.stop_force_mean) == pytest.approx((0.434012, 0.486526), abs=6e-7)
-    turned = sp.Barrier(0.3, side="below", between=("b", "a"))
+    turned = sp.Barrier(0.3, free_side="below", between=("b", "a"))
     again = exact(sp.System(*pair, *springs, dashpot, sp.ThermalNoise(0.6), stop=turned))
     assert again.b_x_mean_square == pytest.approx(found.b_x_mean_square, rel=1e-9)
 
@@ -89,13 +89,13 @@ def test_everything_at_once_against_a_sum_over_a_grid() -> None:
 @pytest.mark.parametrize(
     "parts",
     [
-        (sp.Spring(1.0), cubic(1.0, None, 0.1), sp.Barrier(-0.5), sp.Barrier(1.2, side="below")),
+        (sp.Spring(1.0), cubic(1.0, None, 0.1), sp.Barrier(-0.5), sp.Barrier(1.2, free_side="below")),
         (sp.Spring(-4.0), cubic(1.0)),
         (sp.Spring(1.0), sp.Contact(0.0, 100.0), sp.Constant(-3.0)),
-        (sp.Barrier(0.0, side="above"), sp.Constant(-9.81)),
-        (sp.Spring(1.0), sp.Barrier(-1e-4), sp.Barrier(1e-4, side="below")),
-        (sp.Barrier(-1.0), sp.Barrier(2.0, side="below")),
-        (sp.Spring(1.0), sp.Barrier(6.0, side="above")),
+        (sp.Barrier(0.0, free_side="above"), sp.Constant(-9.81)),
+        (sp.Spring(1.0), sp.Barrier(-1e-4), sp.Barrier(1e-4, free_side="below")),
+        (sp.Barrier(-1.0), sp.Barrier(2.0, free_side="below")),
+        (sp.Spring(1.0), sp.Barrier(6.0, free_side="above")),
         (cubic(1e6), sp.Springpot(0.0, 2.0)),
     ],
 )
@@ -110,7 +110,7 @@ def test_one_mass_is_the_case_of_one_row(parts: tuple[Any, ...]) -> None:
 
 
 def test_weights_stand_on_each_other() -> None:
-    walls = [sp.Barrier(0.0, side="above", between=e) for e in ENDS[:3]]
+    walls = [sp.Barrier(0.0, free_side="above", between=e) for e in ENDS[:3]]
     weights = [sp.Constant(-9.81 * m, on=p) for m, p in zip((1.0, 0.7, 0.5), "abc", strict=True)]
     found = exact(sp.System(*MASSES, *walls, *weights, *(sp.Dashpot(0.1, between=e) for e in ENDS[:3]), HOT))
     carried = [found.moments[f"barrier_{n}_force_mean"] for n in (1, 2, 3)]

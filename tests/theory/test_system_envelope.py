@@ -23,7 +23,7 @@ def cubic(k3: float, k2: float = 0.0) -> sp.PolynomialSpring:
 
 
 def upper(position: float, restitution: float = 1.0) -> sp.Barrier:
-    return sp.Barrier(position, restitution, side="below")
+    return sp.Barrier(position, restitution, free_side="below")
 
 
 # --- exact limits --------------------------------------------------------------------------------------------------
@@ -34,12 +34,12 @@ def upper(position: float, restitution: float = 1.0) -> sp.Barrier:
     [
         ((SPRING, cubic(1.0, 0.1), sp.Dashpot(0.4), WHITE, sp.Barrier(-0.5), upper(1.2)), 1e-8),
         ((sp.Constant(-2.0), sp.Dashpot(0.5), WHITE, sp.Barrier(0.0)), 1e-8),  # a weight on a floor
-        ((SPRING, sp.Dashpot(0.1), WHITE, sp.Barrier(30.0, side="above")), 1e-8),  # pressed against a wall
+        ((SPRING, sp.Dashpot(0.1), WHITE, sp.Barrier(30.0, free_side="above")), 1e-8),  # pressed against a wall
         ((sp.Dashpot(0.3), WHITE, sp.Barrier(-1.0), upper(2.0)), 1e-8),  # no spring at all
         ((sp.Constant(9.0), sp.Dashpot(0.3), WHITE, sp.Barrier(0.0), upper(1.0)), 1e-6),  # pushed to one of two walls
         ((cubic(1.0), sp.Dashpot(3.0), WHITE), 1e-4),  # the slowest cycles have no frequency
         ((SPRING, cubic(0.3), sp.Dashpot(0.4), WHITE, sp.Contact(-0.2, 50.0)), 1e-6),
-        ((SPRING, sp.Dashpot(2.4), WHITE, sp.Contact(-0.2, 5e4), sp.Contact(0.5, 1e3, 1.0, side="below")), 1e-5),
+        ((SPRING, sp.Dashpot(2.4), WHITE, sp.Contact(-0.2, 5e4), sp.Contact(0.5, 1e3, 1.0, free_side="below")), 1e-5),
         ((SPRING, sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.0, 0.3)), sp.WhiteNoise(1e-4)), 1e-8),
         ((SPRING, cubic(1.0), sp.Dashpot(0.2), sp.PoissonImpulses(100.0, 0.01)), 1e-8),
     ],
@@ -130,7 +130,7 @@ def test_against_monte_carlo(parts, measured, error: float) -> None:
         validation(0.97, 0.2, sp.Barrier(0.0), 0.003),
         (0.5, 0.2, sp.Barrier(-1.0, 0.9), 0.025),
         validation(0.3, 0.3, sp.Barrier(0.0, 0.9), 0.04),
-        validation(0.8, 0.3, sp.Barrier(0.5, side="above"), 0.02),
+        validation(0.8, 0.3, sp.Barrier(0.5, free_side="above"), 0.02),
     ],
 )
 def test_of_an_oscillator_it_is_near_the_oscillators(order: float, coefficient: float, wall, error: float) -> None:
@@ -174,7 +174,7 @@ def test_short_returns_between_lossy_walls_and_with_a_law_of_restitution() -> No
 
 @pytest.mark.parametrize("damper", [sp.Dashpot(0.2), validation(sp.Springpot(0.5, 0.2))])
 def test_a_mirror_image(damper) -> None:
-    walls = sp.Barrier(-1.0, 0.9), sp.Contact(0.7, 9.0, side="below")
+    walls = sp.Barrier(-1.0, 0.9), sp.Contact(0.7, 9.0, free_side="below")
     mirrored = upper(1.0, 0.9), sp.Contact(-0.7, 9.0)
     one = envelope_of_system(sp.System(SPRING, cubic(1.0, 0.5), damper, WHITE, sp.Constant(0.3), *walls))
     other = envelope_of_system(sp.System(SPRING, cubic(1.0, -0.5), damper, WHITE, sp.Constant(-0.3), *mirrored))
@@ -280,7 +280,7 @@ def test_it_is_one_of_the_methods() -> None:
 def test_a_mass_that_rests_on_a_lossy_wall_under_a_smooth_force_is_not_covered() -> None:
     parts = sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.ColoredNoise(1.0, 0.5)
     with pytest.raises(NotCoveredError, match="comes to rest on stop, which is lossy"):
-        sp.theory.envelope(sp.System(*parts, stop=sp.Barrier(0.2, 0.8, side="above")))
+        sp.theory.envelope(sp.System(*parts, stop=sp.Barrier(0.2, 0.8, free_side="above")))
     for stop in (sp.Barrier(0.2), sp.Barrier(-0.2, 0.8)):
         assert sp.theory.envelope(sp.System(*parts, stop=stop)).v_mean_square > 0.1
 
@@ -290,7 +290,14 @@ def test_a_mass_that_rests_on_a_lossy_wall_under_a_smooth_force_is_not_covered()
     [
         (SPRING, cubic(1.0), sp.Springpot(0.5, 1.0), sp.Contact(-0.3, 20.0), sp.ThermalNoise(1.0)),
         (SPRING, sp.Springpot(0.3, 0.5), sp.Springpot(0.7, 0.5), sp.ColoredNoise(1.0, 0.5)),
-        (SPRING, sp.Dashpot(0.8), sp.Springpot(0.4, 0.5), WHITE, sp.Barrier(-1, 0.6), sp.Barrier(1, 0.7, side="below")),
+        (
+            SPRING,
+            sp.Dashpot(0.8),
+            sp.Springpot(0.4, 0.5),
+            WHITE,
+            sp.Barrier(-1, 0.6),
+            sp.Barrier(1, 0.7, free_side="below"),
+        ),
     ],
 )
 def test_a_per_cent_is_stated_only_from_the_map(parts: tuple[object, ...]) -> None:

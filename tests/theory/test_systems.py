@@ -44,7 +44,7 @@ def moments_by_quadrature(exponent, low: float, high: float, top: float, walls: 
 
 
 def test_two_walls_and_a_hardening_spring() -> None:
-    parts = SPRING, cubic(1.0, 0.1), sp.Dashpot(0.4), WHITE, sp.Barrier(-0.5), sp.Barrier(1.2, side="below")
+    parts = SPRING, cubic(1.0, 0.1), sp.Dashpot(0.4), WHITE, sp.Barrier(-0.5), sp.Barrier(1.2, free_side="below")
     found = exact(sp.System(*parts))
     x, xx, vv, rates = moments_by_quadrature(
         lambda x, v: 0.8 * (0.5 * v * v + 0.5 * x * x + 0.1 * x**3 / 3.0 + 0.25 * x**4), -0.5, 1.2, 9.0, (-0.5, 1.2)
@@ -101,7 +101,7 @@ def test_van_der_pol_of_another_length_and_frequency_is_the_same_in_other_units(
     ],
 )
 def test_matched_noise_gives_boltzmann_whatever_the_memory(memory) -> None:
-    parts = SPRING, cubic(1.0, 0.1), sp.ThermalNoise(0.7), sp.Barrier(-0.5), sp.Barrier(1.2, side="below")
+    parts = SPRING, cubic(1.0, 0.1), sp.ThermalNoise(0.7), sp.Barrier(-0.5), sp.Barrier(1.2, free_side="below")
     found = exact(sp.System(*parts, *memory))
     assert (found.x_mean, found.x_mean_square) == pytest.approx((0.20221, 0.22249), abs=1e-5)
     assert found.v_mean_square == pytest.approx(0.7, rel=1e-12)
@@ -135,7 +135,7 @@ def test_impacts_on_a_soft_stop_are_counted_at_first_touch() -> None:
 
 @pytest.mark.parametrize("position", [-30.0, -0.5, 0.0, 2.0])
 def test_of_an_oscillator_it_is_the_oscillators(position: float) -> None:
-    asked = sp.Oscillator(2.0, sp.Springpot(1.0, 0.5), sp.Barrier(position, side="above"), sp.WhiteNoise(3.0))
+    asked = sp.Oscillator(2.0, sp.Springpot(1.0, 0.5), sp.Barrier(position, free_side="above"), sp.WhiteNoise(3.0))
     ours, theirs = exact(asked), exact(asked)
     for name in ("x_mean", "x_mean_square", "v_mean_square", "impact_rate", "amplitude_mean_square"):
         assert getattr(ours, name) == pytest.approx(getattr(theirs, name), rel=1e-9, abs=1e-15)
@@ -215,7 +215,7 @@ PUMPED = sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.0, 0.3)), sp.WhiteNoise
 @pytest.mark.parametrize("place", [0.5, validation(1.5)])
 def test_van_der_pol_on_a_wall_beyond_the_springs_equilibrium(place: float) -> None:
     """Its damping depends on the energy counted from x = 0, which the mass cannot reach."""
-    found = exact(sp.System(SPRING, *PUMPED, sp.Barrier(place, side="above")))
+    found = exact(sp.System(SPRING, *PUMPED, sp.Barrier(place, free_side="above")))
 
     def exponent(x: float, v: float) -> float:
         h = 0.5 * (x * x + v * v)
@@ -243,7 +243,9 @@ def test_a_limit_cycle_with_little_noise(q: float) -> None:
 @pytest.mark.parametrize("stiffness", [1e4, 1e6, 1e9])
 def test_a_thin_layer_at_two_walls(stiffness: float) -> None:
     """Pushed from the middle to walls at -1 and 1: exp(k x^2 / (2 kT)), half of it within kT / k of each wall."""
-    found = exact(sp.System(sp.Spring(-stiffness), DASHPOT, WHITE, sp.Barrier(-1.0), sp.Barrier(1.0, side="below")))
+    found = exact(
+        sp.System(sp.Spring(-stiffness), DASHPOT, WHITE, sp.Barrier(-1.0), sp.Barrier(1.0, free_side="below"))
+    )
     half = math.sqrt(2.0 / stiffness) * special.dawsn(math.sqrt(0.5 * stiffness))
     rate = 0.5 / half / math.sqrt(2.0 * math.pi)
     assert rates_of(found) == pytest.approx((rate, rate), rel=3e-7)
@@ -252,7 +254,7 @@ def test_a_thin_layer_at_two_walls(stiffness: float) -> None:
 
 def test_far_from_zero_the_energies_do_not_cancel() -> None:
     for place in (1e2, 1e6, 1e10):  # pressed against a wall with the force b
-        found = exact(sp.System(SPRING, DASHPOT, WHITE, sp.Barrier(place, side="above")))
+        found = exact(sp.System(SPRING, DASHPOT, WHITE, sp.Barrier(place, free_side="above")))
         assert found.impact_rate == pytest.approx(place / math.sqrt(2.0 * math.pi), rel=2.0 / place**2 + 1e-9)
     device = sp.System(sp.Mass(1.0), sp.Spring(1e6), DASHPOT, sp.Constant(-9.81), sp.ThermalNoise(4.1e-21))
     found, spread = exact(device), math.sqrt(4.1e-27)
@@ -562,7 +564,7 @@ def test_the_spectrum_of_matched_noise_at_zero_frequency() -> None:
 
 
 def test_the_exact_law_has_the_speeds_of_impacts_on_all_walls() -> None:
-    walls = sp.Barrier(-0.5), sp.Barrier(1.2, side="below")
+    walls = sp.Barrier(-0.5), sp.Barrier(1.2, free_side="below")
     found = exact(sp.System(SPRING, cubic(1.0), sp.Dashpot(0.4), WHITE, *walls))
     speed = np.linspace(0.0, 15.0, 30_001)
     density = found.impact_speed_density(speed)

@@ -24,7 +24,7 @@ MONTE_CARLO = Group("Monte Carlo", sort_key=2)
 OUTPUT = Group("Output", sort_key=9)
 _DEVICE = Group(
     "Device",
-    help="A device in SI units, instead of the flags per unit mass above; --restitution and --side go with both.",
+    help="A device in SI units, instead of the flags per unit mass above; --restitution and --free-side go with both.",
     sort_key=1,
 )
 
@@ -96,7 +96,7 @@ _WALL = Parameter(
 )  # fmt: skip
 OscillatorFlags = _flags_class("OscillatorFlags", (
     *(_flag(name, float, _PER_MASS, words, show_default=str(_DEFAULT[name])) for name, words in _NUMBERS.items()),
-    _flag("side", Literal["above", "below"], _PER_MASS, "Side of the wall on which the mass moves.",
+    _flag("free_side", Literal["above", "below"], _PER_MASS, "Side of the wall on which the mass moves.",
           show_default="that of x = 0"),
     ("barrier", Annotated[bool, _WALL], True),
     _flag("mass", float, _DEVICE, "Mass m, in kg."),
@@ -122,7 +122,7 @@ def _oscillator(flags: Any) -> System:
     given = {name: value for name, value in vars(flags).items() if value is not None}
     device, per_mass, both = (
         {name: given[name] for name in names if name in given}
-        for names in (_DEVICE_ONLY, _PER_MASS_ONLY, ("restitution", "side"))
+        for names in (_DEVICE_ONLY, _PER_MASS_ONLY, ("restitution", "free_side"))
     )
     if not device:
         return Oscillator.from_numbers(**per_mass, **both, barrier=flags.barrier)

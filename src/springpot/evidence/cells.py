@@ -88,11 +88,11 @@ def system_of(cell: Cell | PaperCell) -> System:
     if cell.hardening > 0.0:
         parts.append(PolynomialSpring((0.0, 0.0, cell.hardening)))
     if cell.walls == 1:
-        parts.append(Barrier(cell.position, cell.restitution, side="above"))
+        parts.append(Barrier(cell.position, cell.restitution, free_side="above"))
     elif cell.walls == 2:
         spread = _free_spread(cell.order, cell.c)
         near, far = cell.position * spread, (cell.position + cell.apart) * spread
-        parts += [Barrier(-near, cell.restitution), Barrier(far, cell.restitution, side="below")]
+        parts += [Barrier(-near, cell.restitution), Barrier(far, cell.restitution, free_side="below")]
     if cell.color > 0.0:
         parts.append(ColoredNoise((1.0 + cell.color**2) / (2.0 * cell.color), cell.color))
     else:

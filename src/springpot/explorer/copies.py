@@ -36,7 +36,7 @@ def command_of(file: str, papers: tuple[Dimensionless, ...], asked: Problem, *, 
 
 def _flags(paper: Dimensionless) -> str:
     numbers = paper.numbers
-    wall = {name: numbers.pop(name) for name in ("position", "restitution", "side")}
+    wall = {name: numbers.pop(name) for name in ("position", "restitution", "free_side")}
     struck = numbers.pop("barrier")
     shown = numbers | (wall if struck else {"no-barrier": ""})
     return " ".join(f"--{name.replace('_', '-')} {value}".rstrip() for name, value in shown.items())

@@ -108,7 +108,7 @@ def marks(system: System, step: float, x: Floats, v: Floats) -> tuple[npt.NDArra
 
 
 def _struck(wall: Stop, step: float, x: Floats, v: Floats) -> npt.NDArray[np.intp]:
-    sign = 1.0 if wall.side == "above" else -1.0
+    sign = 1.0 if wall.free_side == "above" else -1.0
     gap, speed = sign * (x - wall.position), sign * v
     if isinstance(wall, SoftStop):
         return np.flatnonzero((gap[:-1] > 0.0) & (gap[1:] <= 0.0))

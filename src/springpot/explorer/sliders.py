@@ -267,7 +267,7 @@ def described_parts(system: System) -> list[dict[str, Any]]:
     Examples
     --------
     >>> from springpot.problem.parts import Barrier, Spring
-    >>> wall = described_parts(System(Spring(80.0), Barrier(-0.5, side="below")))[1]
+    >>> wall = described_parts(System(Spring(80.0), Barrier(-0.5, free_side="below")))[1]
     >>> wall["glyph"], wall["title"], wall["note"], wall["ends"]
     ('stop', 'barrier', 'wall, x ≤ b', (-1, 0))
     """
@@ -283,7 +283,7 @@ def described_parts(system: System) -> list[dict[str, Any]]:
             "title": name.replace("_", " "),
             "note": _note(system, name, part),
             "ends": ends.get(name),
-            "side": getattr(part, "side", ""),
+            "free_side": getattr(part, "free_side", ""),
             "on": getattr(part, "on", ""),
         }
         for name, part in system.stated()
@@ -298,7 +298,7 @@ def _note(system: System, name: str, part: Part) -> str:
     if group := getattr(part, "group", ""):
         words.append(f"of {group}")
     if isinstance(part, Stop):
-        words.append("x ≥ b" if part.side == "above" else "x ≤ b")
+        words.append("x ≥ b" if part.free_side == "above" else "x ≤ b")
     if between := getattr(part, "between", None):
         words.append(" to ".join(between))
     if part.of_ground:

@@ -64,7 +64,7 @@ def plot_design_chart(
     from matplotlib.patheffects import AbstractPathEffect, withStroke
 
     known_word(quantity, MOMENT_WORDS, "quantity")
-    wall = Barrier(position, restitution, side="above")
+    wall = Barrier(position, restitution, free_side="above")
     orders = np.linspace(*ORDERS, FINE)
     strengths = np.geomspace(*COEFFICIENTS, FINE)
     values = np.array(

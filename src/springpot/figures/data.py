@@ -88,7 +88,7 @@ def walls_of(data: xarray.Dataset, of: str = "") -> tuple[Wall, ...]:
     Examples
     --------
     >>> import springpot as sp
-    >>> walls = sp.Barrier(-1.0), sp.Barrier(2.0, side="below")
+    >>> walls = sp.Barrier(-1.0), sp.Barrier(2.0, free_side="below")
     >>> hardening = sp.PolynomialSpring((0.0, 0.0, 0.2))
     >>> slot = sp.System(sp.Spring(1.0), hardening, sp.Dashpot(0.1), sp.WhiteNoise(1.0), *walls)
     >>> [wall.position for wall in walls_of(as_dataset(sp.simulate(slot, paths=1, duration=1.0, start="rest")))]
@@ -97,7 +97,7 @@ def walls_of(data: xarray.Dataset, of: str = "") -> tuple[Wall, ...]:
     at, row = _seen(data, of)
     stops = ((part, at.row(part.get("between"))) for part in _stops(data).values())
     return tuple(
-        Wall(sign * part["position"], sign * (1.0 if part["side"] == "above" else -1.0), part["kind"] == "barrier")
+        Wall(sign * part["position"], sign * (1.0 if part["free_side"] == "above" else -1.0), part["kind"] == "barrier")
         for part, own in stops
         if np.array_equal(np.abs(own), np.abs(row)) and (sign := float(np.sign(row @ own)))
     )

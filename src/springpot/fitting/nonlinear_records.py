@@ -358,7 +358,7 @@ def _from_lowest(system: System, free: tuple[Free, ...], values: Floats) -> tupl
     for wall in system.of(Barrier):
         if isinstance(wall.position, Free):
             own = wall.position.itself
-            place = float(values.min() if wall.side == "above" else values.max())
+            place = float(values.min() if wall.free_side == "above" else values.max())
             ends = [float(wall.position.at(each)) for each in (own.low, own.high)]
             if (ends[0] - place) * (ends[1] - place) < 0.0:
                 from scipy import optimize

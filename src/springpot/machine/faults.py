@@ -27,6 +27,7 @@ _SYMBOLS = {
     "m": ("value", "mass"),
     "b": ("position",),
     "gap": ("position",),
+    "side": ("free_side", "free-side"),
     "q": ("intensity",),
     "omega": ("natural_frequency", "frequency"),
     "Omega": ("natural_frequency",),

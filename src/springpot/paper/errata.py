@@ -117,9 +117,9 @@ def side_of_the_wall() -> tuple[Finding, ...]:
     omega, coefficient, alpha, duration, step = 1.0, 0.3, 0.5, 10.0, 2e-3
     x = np.abs(_march(alpha, omega, coefficient, step, round(duration / step), mirrored=True))
 
-    def with_wall(side: Literal["above", "below"]) -> Floats:
-        oscillator = Oscillator(omega, Springpot(alpha, coefficient), Barrier(side=side), WhiteNoise(0.0))
-        away = 1.0 if side == "above" else -1.0
+    def with_wall(free_side: Literal["above", "below"]) -> Floats:
+        oscillator = Oscillator(omega, Springpot(alpha, coefficient), Barrier(free_side=free_side), WhiteNoise(0.0))
+        away = 1.0 if free_side == "above" else -1.0
         found = simulated(
             oscillator, paths=1, record=1, duration=duration, step=step, initial_velocity=away, memory_tolerance=1e-9
         )

@@ -635,7 +635,7 @@ def check_result_names(system: System) -> None:
     >>> from springpot.problem.parts import Barrier, Spring
     >>> from springpot.problem.system import System
     >>> try:
-    ...     System(Spring(1.0), stop=Barrier(-1.0), stop_counted=Barrier(1.0, side="below"))
+    ...     System(Spring(1.0), stop=Barrier(-1.0), stop_counted=Barrier(1.0, free_side="below"))
     ... except ValueError as error:
     ...     print(error.args[0].partition(":")[0])
     stop_counted_impact_rate would be the name of two results, of the part stop_counted and of the part stop

@@ -52,7 +52,7 @@ def free(name: str, start: float, bounds: tuple[float, float]) -> Free:
     Two stops at one free distance:
 
     >>> gap = sp.free("gap", 0.004, (0.001, 0.006))
-    >>> stops = sp.Barrier(-gap, 0.6), sp.Barrier(gap, 0.6, side="below")
+    >>> stops = sp.Barrier(-gap, 0.6), sp.Barrier(gap, 0.6, free_side="below")
     >>> device = sp.System(sp.Mass(2.0), sp.Spring(80.0), *stops)
     >>> [wall.position for wall in with_values(device, {"gap": 0.005}).of(sp.Barrier)]
     [-0.005, 0.005]

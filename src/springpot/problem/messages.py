@@ -313,14 +313,14 @@ MESSAGES: dict[str, Kind] = {
     "far_wall": Kind(
         _PROBLEM,
         "{wall} is {away:.0f} standard deviations of {x} away from its mean, so no path comes near it: check position, "
-        "side and unit.",
-        "Check position, side and unit; leave the wall out if it is meant.",
+        "free_side and unit.",
+        "Check position, free_side and unit; leave the wall out if it is meant.",
     ),
     "pressed_wall": Kind(
         _PROBLEM,
         "{wall} is pressed against by the springs all the time, and {x} has a standard deviation of only {spread:.2g} "
-        "m: check position, side and unit.",
-        "Check position, side and unit: a gap of the wrong sign is a preload.",
+        "m: check position, free_side and unit.",
+        "Check position, free_side and unit: a gap of the wrong sign is a preload.",
     ),
     "chatter": Kind(
         _PROBLEM,

@@ -55,7 +55,7 @@ def with_numbers(system: System, values: Mapping[str, float]) -> System:
     >>> device = System(Spring(80.0), PolynomialSpring((0.0, 0.0, 4e5)), stop=Barrier(-0.003, 0.7))
     >>> other = with_numbers(device, {"parts.stop.position": -0.001, "parts.polynomial_spring.coefficients.3": 0.0})
     >>> other.parts
-    (Spring(stiffness=80.0), Barrier(position=-0.001, restitution=0.7, side='above'))
+    (Spring(stiffness=80.0), Barrier(position=-0.001, restitution=0.7, free_side='above'))
     """
     changes: dict[str, dict[tuple[str, ...], float]] = {}
     for name, value in values.items():

@@ -10,6 +10,7 @@ with zeta a Gaussian white noise, E[zeta(t) zeta(s)] = q delta(t - s).
 
 from __future__ import annotations
 
+from inspect import signature
 from typing import TYPE_CHECKING, Literal, Never
 
 from springpot.machine.arguments import LARGEST, finite_number, switch
@@ -78,9 +79,10 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
         psd_unit: DensityUnit,
         gap: float | None = None,
         restitution: float = 1.0,
-        side: Literal["above", "below"] = "above",
+        free_side: Literal["above", "below"] = "above",
         sides: Sides = 1,
         of: Excited | None = None,
+        **others: Never,
     ) -> System:
         """A device in SI units: its results are in newtons and watts.
 
@@ -105,8 +107,8 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
             is no stop.
         restitution : float
             Of the stop, from 0 to 1.
-        side : {"above", "below"}
-            Where the mass moves: ``"above"`` a stop at x = -gap, ``"below"`` a stop at x = gap.
+        free_side : {"above", "below"}
+            Of the stop, where the mass moves: ``"above"`` a stop at x = -gap, ``"below"`` a stop at x = gap.
         sides : {1, 2}
             1: the density is one-sided (positive frequencies only), as test equipment and standards state it;
             2: two-sided.
@@ -134,6 +136,7 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
         >>> round(harvester.natural_frequency, 1), harvester.names
         (157.1, ('mass', 'spring', 'springpot', 'barrier', 'white_noise'))
         """
+        check_names("Oscillator.from_device", others, [*signature(cls.from_device).parameters][:-1])
         mass = finite_number(mass, "mass", low=0.0, high=LARGEST, open_low=True, hint="It is in kg.")
         stiffness = finite_number(stiffness, "stiffness", low=0.0, high=LARGEST, open_low=True, hint="It is in N/m.")
         if not isinstance(springpot, tuple | list) or len(springpot) != 2:
@@ -148,7 +151,7 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
         k_alpha = finite_number(springpot[1], "springpot's k_alpha", low=0.0, high=LARGEST, hint=hint)
         noise = WhiteNoise.from_psd(psd, psd_unit, sides=sides)
         check_excited(of, psd_unit)
-        stop = _stop(gap, restitution, side)
+        stop = _stop(gap, restitution, free_side)
         return System(Mass(mass), Spring(stiffness), Springpot(order, k_alpha), *([stop] if stop else []), noise)
 
     @classmethod
@@ -161,8 +164,9 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
         intensity: float = 1.0,
         position: float = 0.0,
         restitution: float = 1.0,
-        side: Literal["above", "below"] | None = None,
+        free_side: Literal["above", "below"] | None = None,
         barrier: bool = True,
+        **others: Never,
     ) -> System:
         """The oscillator with these numbers: those of `Springpot`, `Barrier`, `WhiteNoise` and its own.
 
@@ -174,8 +178,8 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
             In rad/s.
         intensity : float
             Of the noise, in m^2 s^-3.
-        position, restitution, side
-            Of the wall, in m and (1); without a side the mass moves on that of x = 0.
+        position, restitution, free_side
+            Of the wall, in m and (1); without a free side it is that of x = 0.
         barrier : bool
             False: without the wall.
 
@@ -193,17 +197,20 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
         >>> Oscillator.from_numbers(order=0.3, position=-0.5).potential.low
         -0.5
         """
-        wall = Barrier(position, restitution, side)  # type: ignore[arg-type]
+        check_names("Oscillator.from_numbers", others, [*signature(cls.from_numbers).parameters][:-1])
+        wall = Barrier(position, restitution, free_side)  # type: ignore[arg-type]
         if not switch(barrier, "barrier") and wall != Barrier():
-            raise ValueError("barrier = false cannot be combined with position, restitution or side: there is no wall.")
+            raise ValueError(
+                "barrier = false cannot be combined with position, restitution or free_side: there is no wall."
+            )
         return cls(natural_frequency, Springpot(order, coefficient), wall if barrier else None, WhiteNoise(intensity))
 
 
-def _stop(gap: float | None, restitution: float, side: Literal["above", "below"]) -> Barrier | None:
+def _stop(gap: float | None, restitution: float, free_side: Literal["above", "below"]) -> Barrier | None:
     if gap is None:
-        if Barrier(restitution=restitution, side=side) != Barrier():
-            raise ValueError("gap must be given with restitution or side: without a gap there is no wall.")
+        if Barrier(restitution=restitution, free_side=free_side) != Barrier():
+            raise ValueError("gap must be given with restitution or free_side: without a gap there is no wall.")
         return None
     distance = real(gap, "gap", "It is the distance from equilibrium to the wall in m; a negative gap is a preload.")
-    position = distance if side == "below" else -distance
-    return Barrier(position=position + 0.0, restitution=restitution, side=side)  # + 0.0: no negative zero
+    position = distance if free_side == "below" else -distance
+    return Barrier(position=position + 0.0, restitution=restitution, free_side=free_side)  # + 0.0: no negative zero

@@ -105,7 +105,7 @@ class System:
     >>> device.natural_frequency
     20.0
     >>> System(Spring(2.0), stop=Barrier(-1.0))
-    System(Spring(stiffness=2.0), stop=Barrier(position=-1.0, restitution=1.0, side='above'))
+    System(Spring(stiffness=2.0), stop=Barrier(position=-1.0, restitution=1.0, free_side='above'))
 
     An instrument on a panel, which shakes:
 
@@ -440,8 +440,8 @@ class System:
         return Potential(
             tuple(coefficients[: last + 1]),
             tuple(part.soft_stop.per_mass(float(self.inertia)) for part in self._acting if part.soft_stop is not None),
-            max((wall.position for wall in walls if wall.side == "above"), default=-math.inf),
-            min((wall.position for wall in walls if wall.side == "below"), default=math.inf),
+            max((wall.position for wall in walls if wall.free_side == "above"), default=-math.inf),
+            min((wall.position for wall in walls if wall.free_side == "below"), default=math.inf),
         )
 
     @property
@@ -735,8 +735,8 @@ def along(system: System, way: Floats) -> Potential:
             place = stop.position / abs(stretch)
             if (soft := stop.soft_stop) is not None:
                 stiffness = soft.stiffness * abs(stretch) ** (soft.exponent + 1.0)
-                contacts.append(Contact(place, stiffness, soft.exponent, side=stop.side))
-            elif stop.side == "above":
+                contacts.append(Contact(place, stiffness, soft.exponent, free_side=stop.free_side))
+            elif stop.free_side == "above":
                 low = max(low, place)
             else:
                 high = min(high, place)
@@ -764,15 +764,17 @@ def _check_pair(stops: list[tuple[str, Stop, Stop]], x: str) -> None:
     for name, stop, wall in walls:
         for other, seen, before in walls:
             hidden = (before.position - wall.position) * wall.inwards >= 0.0
-            if other != name and before.side == wall.side and hidden:
+            if other != name and before.free_side == wall.free_side and hidden:
                 raise ValueError(f"{name} at {stop.position:g} must not lie behind {other}, at {seen.position:g}: "
                                  "it would never be struck.")  # fmt: skip
-    low = max((wall.position for _, _, wall in walls if wall.side == "above"), default=-math.inf)
-    high = min((wall.position for _, _, wall in walls if wall.side == "below"), default=math.inf)
+    low = max((wall.position for _, _, wall in walls if wall.free_side == "above"), default=-math.inf)
+    high = min((wall.position for _, _, wall in walls if wall.free_side == "below"), default=math.inf)
     if not low < high:
         raise ValueError(f"the walls must leave room: {x} >= {low:g} and {x} <= {high:g} cannot both hold.")
     for name, stop, soft in stops:
-        if isinstance(soft, SoftStop) and (soft.position <= low if soft.side == "above" else soft.position >= high):
+        if isinstance(soft, SoftStop) and (
+            soft.position <= low if soft.free_side == "above" else soft.position >= high
+        ):
             raise ValueError(f"{name} at {stop.position:g} must not lie behind a wall: it is never touched.")
 
 
@@ -783,7 +785,7 @@ def _check_rounds(pairs: dict[tuple[str, str], list[tuple[str, Stop, Stop]]]) ->
         for name, _, wall in stops:
             if not isinstance(wall, SoftStop):
                 way, most = (
-                    ((first, second), wall.position) if wall.side == "below" else ((second, first), -wall.position)
+                    ((first, second), wall.position) if wall.free_side == "below" else ((second, first), -wall.position)
                 )
                 gaps[way] = min(gaps.get(way, (math.inf, ())), (most, (name,)))
     ends = [*dict.fromkeys(end for way in gaps for end in way)]

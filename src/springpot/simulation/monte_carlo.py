@@ -504,7 +504,7 @@ def simulate(
 
     Notes
     -----
-    An oscillator obeys the paper's Eq. 1 above a wall; with ``side="below"`` its law is the mirror image.
+    An oscillator obeys the paper's Eq. 1 above a wall; with ``free_side="below"`` its law is the mirror image.
     Other systems have Caputo's derivative.
 
     A system of several masses starts at the stationary means of all where a springpot remembers one of them, otherwise
@@ -551,7 +551,7 @@ def simulate(
 
     A system in SI units, and the power that each of its two walls takes:
 
-    >>> walls = sp.Barrier(-0.003, 0.8), sp.Barrier(0.004, 0.8, side="below")
+    >>> walls = sp.Barrier(-0.003, 0.8), sp.Barrier(0.004, 0.8, free_side="below")
     >>> springs = sp.Spring(80.0), sp.PolynomialSpring((0.0, 0.0, 4e5))
     >>> device = sp.System(sp.Mass(0.2), *springs, sp.Springpot(0.5, 1.2), sp.WhiteNoise(1e-3), *walls)
     >>> run = sp.simulate(device, paths=200, duration=10.0)

@@ -59,7 +59,7 @@ class Fixed(Strict):
     intensity: float = 1.0
     position: float = 0.0
     restitution: float = 1.0
-    side: Literal["above", "below"] = "above"
+    free_side: Literal["above", "below"] = "above"
     barrier: bool = True
 
 

@@ -58,7 +58,7 @@ coefficient = 1.0    # C, s^(alpha-2)
 natural_frequency = 1.0  # Omega, rad/s
 intensity = 1.0      # q, m^2/s^3
 position = 0.0       # b, m
-side = "above"       # of the wall, where the mass moves
+free_side = "above"  # of the wall, where the mass moves
 barrier = true       # false: no wall
 
 """,

@@ -91,8 +91,8 @@ class Units:
         Examples
         --------
         >>> from springpot.problem.parts import Barrier, Spring
-        >>> _, units = problem_and_units(Dimensionless(natural_frequency=2.0, barrier=Barrier(side="below")))
-        >>> units.moments(System(Spring(4.0), Barrier(side="below")), 1.0, 1.0, 1.0, (0.5, 1.0, 2.0)).impact_rate
+        >>> _, units = problem_and_units(Dimensionless(natural_frequency=2.0, barrier=Barrier(free_side="below")))
+        >>> units.moments(System(Spring(4.0), Barrier(free_side="below")), 1.0, 1.0, 1.0, (0.5, 1.0, 2.0)).impact_rate
         1.0
         """
         length, speed, (rate, mean, square) = self.length, self.speed, hit
@@ -178,7 +178,7 @@ def at_rest(system: System, paper: Dimensionless) -> Moments:
     Examples
     --------
     >>> from springpot.problem.parts import Barrier, Spring, WhiteNoise
-    >>> pressed = System(Spring(1.0), Barrier(0.5, side="above"), WhiteNoise(0.0))
+    >>> pressed = System(Spring(1.0), Barrier(0.5, free_side="above"), WhiteNoise(0.0))
     >>> at_rest(pressed, Dimensionless.of(pressed)).x_mean
     0.5
     """

@@ -123,7 +123,7 @@ def moments_of(
     Examples
     --------
     >>> from springpot.problem.parts import Barrier, Mass, Spring
-    >>> walls = System(near=Barrier(-1.0), far=Barrier(2.0, side="below"))
+    >>> walls = System(near=Barrier(-1.0), far=Barrier(2.0, free_side="below"))
     >>> moments_of(walls, [(0.0, 1.0, 1.0)], hits=[(1.0, 2.0, 5.0), (3.0, 4.0, 17.0)]).impact_speed_mean
     3.5
     >>> pair = System(Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(1.0, between=("a", "b")))

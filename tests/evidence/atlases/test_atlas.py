@@ -19,7 +19,7 @@ SAMPLE = 200  # random oscillators of the long test
 
 
 def oscillator(order: float, c: float, wall: float = 0.0, restitution: float = 1.0) -> sp.System:
-    return sp.Oscillator(springpot=sp.Springpot(order, c), barrier=sp.Barrier(wall, restitution, side="above"))
+    return sp.Oscillator(springpot=sp.Springpot(order, c), barrier=sp.Barrier(wall, restitution, free_side="above"))
 
 
 def test_the_file_is_small() -> None:
@@ -64,7 +64,7 @@ def test_scales_are_those_of_the_problem() -> None:
 
 def test_a_wall_above_is_the_mirror_image() -> None:
     below = oscillator(0.3, 1.0, -0.4)
-    above = sp.Oscillator(springpot=sp.Springpot(0.3, 1.0), barrier=sp.Barrier(0.4, side="below"))
+    above = sp.Oscillator(springpot=sp.Springpot(0.3, 1.0), barrier=sp.Barrier(0.4, free_side="below"))
     for name in MOMENTS:
         sign = -1.0 if name == "x_mean" else 1.0
         assert getattr(sp.atlas(above), name) == pytest.approx(sign * getattr(sp.atlas(below), name), rel=1e-12)

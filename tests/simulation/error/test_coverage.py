@@ -140,20 +140,20 @@ def with_wall(
     coefficient: float,
     frequency: float = 1.0,
     intensity: float = 1.0,
-    side: str = "above",
+    free_side: str = "above",
     rtol: float = 0.05,
 ) -> Problem:
     """Order 1, elastic wall: exact at any step, so a coarse one will do; the start is forgotten like exp(-C t)."""
-    sign = 1.0 if side == "above" else -1.0
+    sign = 1.0 if free_side == "above" else -1.0
     exact = truncated_gaussian(sign * position, coefficient, frequency, intensity)
     exact["x_mean"] *= sign
-    made = oscillator(1.0, coefficient, frequency, intensity, position, side=side)
+    made = oscillator(1.0, coefficient, frequency, intensity, position, free_side=free_side)
     forget = max(coefficient / frequency**2, 1.0 / coefficient)
     begin, end = 9.0 * forget, 29.0 * forget
     step = 0.2 / plan_of(made).motion.scales.fastest_rate
     options = {"paths": 256, "duration": end, "window": (begin, end), "step": step}
     return Problem(
-        f"order 1, wall {side} at {position:g}, C {coefficient:g}, Omega {frequency:g}, q {intensity:g}",
+        f"order 1, wall {free_side} at {position:g}, C {coefficient:g}, Omega {frequency:g}, q {intensity:g}",
         made, exact, options, rtol,
     )  # fmt: skip
 

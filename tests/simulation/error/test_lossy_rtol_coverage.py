@@ -41,7 +41,7 @@ def cases() -> list[Case]:
         frequency, intensity = (float(math.exp(draw.uniform(-1.0, 1.5))) for _ in range(2))
         c = float(math.exp(draw.uniform(math.log(0.1), math.log(1.0))))
         length = math.sqrt(intensity / frequency**3)
-        wall = sp.Barrier(float(draw.uniform(-1.0, 1.0)) * length, float(draw.uniform(0.3, 0.6)), side="above")
+        wall = sp.Barrier(float(draw.uniform(-1.0, 1.0)) * length, float(draw.uniform(0.3, 0.6)), free_side="above")
         spring = sp.Springpot(order, c * frequency ** (2.0 - order))
         found.append(Case(number, sp.Oscillator(frequency, spring, wall, sp.WhiteNoise(intensity)), exact))
     return found

@@ -100,7 +100,7 @@ def test_a_quantity_that_cannot_be_promised_is_refused(system: sp.System, quanti
 
 def test_without_a_linear_spring_the_default_is_the_mean_square_velocity() -> None:
     parts = sp.Spring(-1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Dashpot(0.5), sp.WhiteNoise(0.5)
-    well = sp.System(*parts, sp.Barrier(-20.0), sp.Barrier(20.0, side="below"))  # walls that are never reached
+    well = sp.System(*parts, sp.Barrier(-20.0), sp.Barrier(20.0, free_side="below"))  # walls that are never reached
     run = sp.simulate(well, rtol=0.05)
     assert abs(run["v_mean_square"].value - 0.5) < run["v_mean_square"].budget.total < 0.025
     assert "amplitude_mean_square" not in run.estimates

@@ -18,11 +18,11 @@ from tests.sizes import validation
 
 SLOT = sp.System(
     sp.Mass(2.0), sp.Spring(3.0), sp.Springpot(0.5, 0.7), sp.Dashpot(0.2), sp.Barrier(-0.3, 0.6),
-    sp.Barrier(0.5, 0.8, side="below"), sp.WhiteNoise(1.0),
+    sp.Barrier(0.5, 0.8, free_side="below"), sp.WhiteNoise(1.0),
 )  # fmt: skip
 PROBLEMS = {
     "elastic": oscillator(0.5, 1.0, position=0.4),
-    "lossy, from below": oscillator(0.5, 1.0, 0.9, 2.0, 0.2, 0.6, side="below"),
+    "lossy, from below": oscillator(0.5, 1.0, 0.9, 2.0, 0.2, 0.6, free_side="below"),
     "no wall": oscillator(0.3, 1.0, position=None),
     "two walls": SLOT,
 }

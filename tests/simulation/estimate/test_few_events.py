@@ -25,11 +25,11 @@ DAMPED = (sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
 
 
 def far_wall(position: float = -5.0) -> sp.Oscillator:
-    return sp.Oscillator(springpot=sp.Springpot(1.0, 0.5), barrier=sp.Barrier(position, 0.8, side="above"))
+    return sp.Oscillator(springpot=sp.Springpot(1.0, 0.5), barrier=sp.Barrier(position, 0.8, free_side="above"))
 
 
 def between(low: float, high: float) -> sp.System:
-    return sp.System(*DAMPED, NEARLY_LINEAR, lower=sp.Barrier(low, 0.8), upper=sp.Barrier(high, 0.8, side="below"))
+    return sp.System(*DAMPED, NEARLY_LINEAR, lower=sp.Barrier(low, 0.8), upper=sp.Barrier(high, 0.8, free_side="below"))
 
 
 def test_the_interval_is_garwoods() -> None:
@@ -122,10 +122,10 @@ PRESSED = "is pressed against by the springs all the time"
 CHATTER = "times in a natural period: this is chatter"
 WALLS = [
     (sp.Barrier(-40.0, 0.8), FAR),
-    (sp.Barrier(40.0, 0.8, side="below"), FAR),
-    (sp.Barrier(30.0, side="above"), PRESSED),
-    (sp.Barrier(-30.0, side="below"), PRESSED),
-    (sp.Barrier(2.0, 0.3, side="above"), CHATTER),
+    (sp.Barrier(40.0, 0.8, free_side="below"), FAR),
+    (sp.Barrier(30.0, free_side="above"), PRESSED),
+    (sp.Barrier(-30.0, free_side="below"), PRESSED),
+    (sp.Barrier(2.0, 0.3, free_side="above"), CHATTER),
 ]
 
 
@@ -148,7 +148,9 @@ def test_of_two_walls_each_is_said_by_its_name() -> None:
 @pytest.mark.parametrize(("wall", "sentence"), WALLS[:4])
 def test_theory_says_so_too(wall: sp.Barrier, sentence: str) -> None:
     oscillator = sp.Oscillator(springpot=sp.Springpot(1.0, 0.5), barrier=wall)
-    system = sp.System(*DAMPED, sp.PolynomialSpring((0.0, 0.0, 0.01)), stop=sp.Barrier(wall.position, side=wall.side))
+    system = sp.System(
+        *DAMPED, sp.PolynomialSpring((0.0, 0.0, 0.01)), stop=sp.Barrier(wall.position, free_side=wall.free_side)
+    )
     for problem, name in ((oscillator, "barrier"), (system, "stop")):
         answers, _ = sp.theory.solve_all(problem)
         told = [each for answer in answers.values() for each in answer.warnings if sentence in each]
@@ -157,7 +159,7 @@ def test_theory_says_so_too(wall: sp.Barrier, sentence: str) -> None:
 
 
 def test_usual_walls_are_not_spoken_of() -> None:
-    for wall in (sp.Barrier(0.0), sp.Barrier(1.0, 0.8, side="above"), sp.Barrier(-2.0, 0.8)):
+    for wall in (sp.Barrier(0.0), sp.Barrier(1.0, 0.8, free_side="above"), sp.Barrier(-2.0, 0.8)):
         problem = sp.Oscillator(springpot=sp.Springpot(1.0, 0.5), barrier=wall)
         assert not about_walls(problem, 1.0, 1.5, 1.0, {"barrier": 0.5})
         assert not any(" m is " in each for each in sp.theory.envelope(problem).warnings)

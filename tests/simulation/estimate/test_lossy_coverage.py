@@ -67,7 +67,7 @@ def oscillators() -> list[sp.Oscillator]:
             sp.Oscillator(
                 omega,
                 sp.Springpot(order, c * omega ** (2.0 - order)),
-                sp.Barrier(place * np.sqrt(q / omega**3), random.uniform(0.3, 0.6), side="above"),
+                sp.Barrier(place * np.sqrt(q / omega**3), random.uniform(0.3, 0.6), free_side="above"),
                 sp.WhiteNoise(q),
             )
         )

@@ -37,7 +37,7 @@ def loose_pair() -> sp.System:
         sp.Spring(1.0, between=("ground", "main")), sp.Dashpot(0.02, between=("ground", "main")),
         sp.WhiteNoise(0.04, on="main"), left=sp.Barrier(-2.5, 0.6, between=("main", "a")),
         middle=sp.Barrier(0.0, 0.6, between=("a", "b")),
-        right=sp.Barrier(2.5, 0.6, side="below", between=("main", "b")),
+        right=sp.Barrier(2.5, 0.6, free_side="below", between=("main", "b")),
     )  # fmt: skip
 
 

@@ -179,7 +179,7 @@ def test_a_path_that_strikes_has_been_at_the_wall() -> None:
     assert struck.mean() > 0.99
     np.testing.assert_allclose(found.extremes["x_minimum"][struck], 0.0, atol=1e-12)
     below = simulate(
-        sp.Oscillator(barrier=sp.Barrier(position=0.5, restitution=0.9, side="below")), paths=32, duration=60.0,
+        sp.Oscillator(barrier=sp.Barrier(position=0.5, restitution=0.9, free_side="below")), paths=32, duration=60.0,
         start="rest", distributions=True,
     )  # fmt: skip
     struck = ~np.isnan(below.extremes["impact_speed_largest"])

@@ -70,7 +70,7 @@ def test_a_wall_above_is_the_mirror_image_to_the_last_bit() -> None:
 @pytest.mark.parametrize(("position", "paths"), [(0.0, 30_000), (-0.5, 30_000), (0.3, 30_000)])
 def test_coarse_steps_have_the_exact_law_at_order_1(position: float, paths: int) -> None:
     """The scheme is exact at any step then; at 0.4 / Omega some ten of a block's paths strike in four steps."""
-    problem = sp.Oscillator(1.0, sp.Springpot(1.0, 1.0), sp.Barrier(position, side="above"))
+    problem = sp.Oscillator(1.0, sp.Springpot(1.0, 1.0), sp.Barrier(position, free_side="above"))
     found = sp.simulate(
         problem, paths=paths, duration=60.0, step=0.4, window=(20.0, 60.0), start="rest", distributions=True
     )
@@ -82,7 +82,7 @@ def test_coarse_steps_have_the_exact_law_at_order_1(position: float, paths: int)
 
 
 def _pair(restitution: float) -> sp.System:
-    walls = sp.Barrier(-0.5, restitution), sp.Barrier(0.7, restitution, side="below")
+    walls = sp.Barrier(-0.5, restitution), sp.Barrier(0.7, restitution, free_side="below")
     return sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0), NEARLY_LINEAR, *walls)
 
 

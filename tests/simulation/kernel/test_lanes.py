@@ -39,7 +39,7 @@ def _pile() -> sp.System:
 
 SYSTEMS = {
     "a wall, on a circle": sp.System(*SPRUNG, sp.Barrier(-0.3, 0.7)),
-    "two walls, on a circle": sp.System(*SPRUNG, sp.Barrier(-0.2, 0.7), sp.Barrier(0.3, side="below")),
+    "two walls, on a circle": sp.System(*SPRUNG, sp.Barrier(-0.2, 0.7), sp.Barrier(0.3, free_side="below")),
     "a wall, straight": sp.System(*SPRUNG, sp.PoissonImpulses(2.0, 0.1), sp.Barrier(-0.3, 0.7)),
     "a contact": sp.System(*SPRUNG, sp.Contact(-0.2, 400.0, exponent=1.5, dissipation=0.2)),
     "a contact before a wall": sp.System(*SPRUNG, sp.Contact(-0.2, 60.0), sp.Barrier(-0.3, 0.8)),

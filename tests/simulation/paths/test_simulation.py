@@ -18,7 +18,7 @@ SHORT = {"paths": 64, "duration": 2.0, "step": 0.02, "seed": 3, "record": 2, "st
 
 @pytest.mark.parametrize(("side", "start"), [("above", 0.7), ("below", -0.9)])
 def test_a_state_comes_back_from_the_kernel_as_it_went_in(side: str, start: float) -> None:
-    problem = sp.System(*PARTS, sp.Barrier(-0.2, 0.8, side=side))  # type: ignore[arg-type]
+    problem = sp.System(*PARTS, sp.Barrier(-0.2, 0.8, free_side=side))  # type: ignore[arg-type]
     simulation = simulation_of(plan_of(problem, **SHORT, initial_position=start, initial_velocity=-1.3))
     parts = simulation.parts
     assert simulation.motion.seen[0].place == -0.2

@@ -25,7 +25,7 @@ def damper(gap: float = 3.0, *parts: Any) -> sp.System:
     return sp.System(
         sp.Mass(1.0, at="main"), sp.Mass(0.1, at="ball"), sp.Spring(1.0, between=("ground", "main")),
         sp.Dashpot(0.02, between=("ground", "main")), sp.WhiteNoise(0.04, on="main"), *parts,
-        left=sp.Barrier(-gap, 0.6, between=cage), right=sp.Barrier(gap, 0.6, side="below", between=cage),
+        left=sp.Barrier(-gap, 0.6, between=cage), right=sp.Barrier(gap, 0.6, free_side="below", between=cage),
     )  # fmt: skip
 
 
@@ -134,7 +134,7 @@ def test_the_start_holds_where_the_neighbour_has_memory() -> None:
     system = sp.System(
         sp.Mass(1.0, at="main"), sp.Mass(0.1, at="ball"), sp.Spring(1.0, between=("ground", "main")),
         sp.Springpot(0.5, 0.03, between=("ground", "main")), sp.WhiteNoise(0.04, on="main"),
-        left=sp.Barrier(-2.5, 0.6, between=cage), right=sp.Barrier(2.5, 0.6, side="below", between=cage),
+        left=sp.Barrier(-2.5, 0.6, between=cage), right=sp.Barrier(2.5, 0.6, free_side="below", between=cage),
     )  # fmt: skip
     run = simulated(system, paths=1000)
     check(run, "main_x_mean_square", (0.23337, 0.0006))

@@ -34,7 +34,9 @@ SYSTEMS: dict[str, tuple[Any, ...]] = {
     "bent": (sp.Spring(4.0), sp.PolynomialSpring((0.0, 0.0, 3.0)), sp.Dashpot(0.1), sp.Constant(-9.0)),
     "preload": (sp.Spring(4.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0), sp.Barrier(0.5, 0.7, "above")),
     "lossy": (sp.Spring(4.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0), sp.Barrier(-0.5, 0.7)),
-    "two walls": (sp.Spring(4.0), sp.Dashpot(0.2), sp.WhiteNoise(1.0), sp.Barrier(-0.5), sp.Barrier(0.7, side="below")),
+    "two walls": (
+        sp.Spring(4.0), sp.Dashpot(0.2), sp.WhiteNoise(1.0), sp.Barrier(-0.5), sp.Barrier(0.7, free_side="below"),
+    ),
     "plastic": (sp.Spring(4.0), sp.Dashpot(0.2), sp.WhiteNoise(1.0), sp.Barrier(-0.5, 0.1)),
     "smooth": (sp.Spring(4.0), sp.Dashpot(0.2), sp.ColoredNoise(1.0, 0.5), sp.Barrier(-0.5, 0.7)),
     "impulses": (sp.Spring(4.0), sp.Dashpot(0.2), sp.PoissonImpulses(1.0, 2.0), sp.Barrier(-0.5, 0.7)),

@@ -344,7 +344,7 @@ def test_progress_ends_a_run() -> None:
         (LIGHT, {"x": [-1.0, 1.0]}, {}, "levels of x must lie on one side of the start, 0 m"),
         (WALL, {"x": -0.5}, {}, "levels of x must lie between the walls, -0.3 and inf m"),
         (
-            sp.System(sp.Spring(1.0), sp.Barrier(-0.3), sp.Barrier(0.5, side="below"), sp.WhiteNoise(0.2)),
+            sp.System(sp.Spring(1.0), sp.Barrier(-0.3), sp.Barrier(0.5, free_side="below"), sp.WhiteNoise(0.2)),
             {"distance": 0.5},
             {},
             "levels of distance must be less than that of the farther wall, 0.5 m",

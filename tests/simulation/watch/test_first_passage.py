@@ -299,7 +299,7 @@ def test_the_envelope_knows_when_x_passes_on_one_side_or_both(order: float, c: f
 def test_between_two_walls_an_impact_on_one_is_no_passage_at_the_other() -> None:
     """Mirror images alike, and a distance from a wall is a place: impacts were read as on the lower wall at 0."""
     parts = sp.Spring(1.0), sp.Dashpot(0.2), NEARLY_LINEAR
-    even = sp.System(*parts, sp.WhiteNoise(0.4), sp.Barrier(-0.3, 0.3), sp.Barrier(0.3, 0.3, side="below"))
+    even = sp.System(*parts, sp.WhiteNoise(0.4), sp.Barrier(-0.3, 0.3), sp.Barrier(0.3, 0.3, free_side="below"))
     (down, its), (up, error) = (
         simulate(even, paths=4000, duration=60.0, start="rest", seed=5, first_passage={"v": v})
         .first_passages["v"]

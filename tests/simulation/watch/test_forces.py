@@ -330,7 +330,7 @@ def half_sines(run: Any, stop: str, of_all: bool) -> None:
 
 def test_the_peaks_of_a_stiff_contact_are_half_sines() -> None:
     system = of_many_kinds(
-        sp.Mass(1.0), sp.Spring(4.0), sp.Springpot(0.5, 0.4), SHAKING, sp.Contact(0.0, 1e4, 1.0, side="above")
+        sp.Mass(1.0), sp.Spring(4.0), sp.Springpot(0.5, 0.4), SHAKING, sp.Contact(0.0, 1e4, 1.0, free_side="above")
     )
     run = simulated(
         system, paths=640, duration=40.0, window=(10.0, 40.0), step=0.01, start="rest", distributions=True,
@@ -344,7 +344,7 @@ def test_soft_stops_of_several_masses_push_as_one_does_and_give_what_the_parts_t
     system = sp.System(
         sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(4.0, **ends), sp.Springpot(0.5, 0.4, **ends),
         sp.Spring(4.0, between=("ground", "b")), sp.Dashpot(0.4, between=("ground", "b")), SHAKING,
-        stop=sp.Contact(0.0, 1e4, 1.0, side="above", **ends),
+        stop=sp.Contact(0.0, 1e4, 1.0, free_side="above", **ends),
     )  # fmt: skip
     run = simulated(
         system, paths=640, duration=40.0, window=(10.0, 40.0), step=0.0025, distributions=True, record=1,
@@ -468,7 +468,7 @@ def test_impulses_of_a_rigid_wall_are_its_momentum() -> None:
 
 def test_each_of_two_stops_has_its_impulses_and_its_rate() -> None:
     """The impulses of both balance the spring but for the noise's, whose mean over all paths is known."""
-    stops = {"low": sp.Barrier(-0.3, 0.8), "high": sp.Barrier(0.5, 0.6, side="below")}
+    stops = {"low": sp.Barrier(-0.3, 0.8), "high": sp.Barrier(0.5, 0.6, free_side="below")}
     slot = sp.System(sp.Mass(2.0), sp.Spring(2.0), sp.Dashpot(0.5), NEARLY_LINEAR, sp.WhiteNoise(1.0), **stops)
     run = simulated(slot, paths=6400, duration=40.0, window=(10.0, 40.0), step=0.04, start="rest",
                     forces=("low_impulse", "high_impulse"), slowest_counted_impact=0.2, impact_observables={
@@ -493,7 +493,7 @@ def test_each_of_two_stops_has_its_impulses_and_its_rate() -> None:
 def test_a_soft_stop_has_a_rate_beside_a_wall_that_has_none() -> None:
     """It is that with which the recorded paths enter the contact."""
     device = of_many_kinds(
-        sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0), sp.Contact(0.4, 100.0, side="below"),
+        sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0), sp.Contact(0.4, 100.0, free_side="below"),
         sp.Barrier(-0.3, 0.1),
     )  # fmt: skip
     run = simulated(device, paths=256, duration=40.0, window=(10.0, 40.0), step=0.02, start="rest", record=256)

@@ -150,7 +150,7 @@ def test_dataset_and_json_hold_quantiles_and_densities(watched: Run) -> None:
 @pytest.mark.parametrize(("order", "side"), [validation(0.5, None), (1.0, "below")])
 def test_the_spectrum_is_the_exact_one(order: float, side: str | None) -> None:
     """No wall: q / (2 pi) over the squared dynamic stiffness; order 1 with a wall: that of the modulus."""
-    problem = sp.Oscillator(2.0, sp.Springpot(order, 0.8), None if side is None else sp.Barrier(side="below"))  # type: ignore[arg-type]
+    problem = sp.Oscillator(2.0, sp.Springpot(order, 0.8), None if side is None else sp.Barrier(free_side="below"))  # type: ignore[arg-type]
     frequency = np.linspace(0.2, 6.4, 32)
     found = simulate(
         problem, paths=4000, duration=320.0, step=0.02, window=(20.0, 320.0), spectrum=frequency, start="rest"
@@ -379,7 +379,7 @@ def test_a_quantile_needs_a_probability() -> None:
 def test_two_walls_on_one_side_of_0_are_the_extremes(places: tuple[float, float]) -> None:
     """An impact may be on either, so only what is seen counts."""
     low, high = places
-    walls = sp.Barrier(low, 0.8, side="above"), sp.Barrier(high, 0.8, side="below")
+    walls = sp.Barrier(low, 0.8, free_side="above"), sp.Barrier(high, 0.8, free_side="below")
     run = sp.simulate(
         sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.5), *walls), paths=64, duration=20.0, step=0.02,
         window=(1.0, 20.0), start="rest", initial_position=low, distributions=True,

@@ -172,7 +172,7 @@ def test_cycles_of_a_harmonic_force_have_its_amplitudes(system: sp.System, x: st
 
 
 def test_two_walls_are_two_turning_points() -> None:
-    walls = sp.Barrier(-0.6, 1.0), sp.Barrier(0.4, 1.0, side="below")
+    walls = sp.Barrier(-0.6, 1.0), sp.Barrier(0.4, 1.0, free_side="below")
     system = sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(2.0), NEARLY_LINEAR, *walls)
     run = simulated(system, paths=640, duration=60.0, step=0.02, rainflow={"x": CURVES[0]})
     valleys, peaks = run.distributions["x_valley"], run.distributions["x_peak"]

@@ -162,7 +162,7 @@ def test_first_passages_are_those_of_the_record(restitution: float) -> None:
     """Those that are seen at the ends of steps; between two of them there are few more."""
     walls = {
         "gap": sp.Barrier(-0.3, restitution, between=ENDS[1]),
-        "roof": sp.Barrier(0.8, between=ENDS[2], side="below"),
+        "roof": sp.Barrier(0.8, between=ENDS[2], free_side="below"),
     }
     system = sp.System(*LINEAR, sp.WhiteNoise(1.0, on="a"), sp.WhiteNoise(0.5, on="b"), **walls)
     run = simulated(
@@ -224,7 +224,7 @@ def test_observers_change_nothing_and_have_the_same_bits_for_any_number_of_threa
 def test_touches_of_contacts_are_seen() -> None:
     system = sp.System(
         *LINEAR, sp.WhiteNoise(1.0, on="a"), gap=sp.Contact(-0.2, 50.0, between=ENDS[1]),
-        floor=sp.Barrier(-0.3, between=ENDS[0]), roof=sp.Contact(0.4, 50.0, between=ENDS[0], side="below"),
+        floor=sp.Barrier(-0.3, between=ENDS[0]), roof=sp.Contact(0.4, 50.0, between=ENDS[0], free_side="below"),
     )  # fmt: skip
     stops = "gap", "floor", "roof"
     run = simulated(

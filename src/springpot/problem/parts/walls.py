@@ -116,26 +116,26 @@ class Stop(Element, abstract=True):
     Attributes
     ----------
     position : float
-    side : {"above", "below"}
+    free_side : {"above", "below"}
     """
 
     if TYPE_CHECKING:
         position: float
-        side: Side
+        free_side: Side
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        put(self, side=_side(self.side, self.position))
+        put(self, free_side=_side_of(self.free_side, self.position))
 
     @property
     def inwards(self) -> float:
         """The sign of its force on the mass."""
-        return 1.0 if self.side == "above" else -1.0
+        return 1.0 if self.free_side == "above" else -1.0
 
     def mirrored(self) -> Self:
         """The same in the mirror, x -> -x."""
-        other: Side = "below" if self.side == "above" else "above"
-        return replace(self, position=-self.position, side=other)  # type: ignore[call-arg]
+        other: Side = "below" if self.free_side == "above" else "above"
+        return replace(self, position=-self.position, free_side=other)  # type: ignore[call-arg]
 
 
 class SoftStop(Stop, abstract=True):
@@ -155,20 +155,21 @@ class Barrier(Stop):
     restitution : float, PowerRestitution or callable
         Coefficient r from 0, a plastic impact, to 1, an elastic wall.  In a `springpot.System` also a law r(v) of the
         speed v before the impact, in m/s: a function that Numba can compile; what it returns is cut off at 0 and 1.
-    side : {"above", "below"}, optional
-        The side on which the mass moves: ``"above"`` keeps x >= b (the paper's x = \\|y\\|), ``"below"`` keeps x <= b
-        (the paper's Eq. 1 as printed).  The two are mirror images: x -> -x, b -> -b.  If it is not given, it is the
-        side of x = 0, so that a gap is left: above a wall at b <= 0, below one at b > 0.  A preload needs it.
+    free_side : {"above", "below"}, optional
+        The side of the wall on which the mass is free to move: ``"above"`` keeps x >= b (the paper's x = \\|y\\|),
+        ``"below"`` keeps x <= b (the paper's Eq. 1 as printed).  The two are mirror images: x -> -x, b -> -b.  If it
+        is not given, it is the side of x = 0, so that a gap is left: above a wall at b <= 0, below one at b > 0.  A
+        preload needs it.
 
     Raises
     ------
     TypeError, ValueError
-        If a number is not one, not finite or out of its range, or ``side`` is another word.
+        If a number is not one, not finite or out of its range, or ``free_side`` is another word.
 
     Examples
     --------
-    >>> Barrier(position=-0.5, restitution=0.9), Barrier(0.5).side
-    (Barrier(position=-0.5, restitution=0.9, side='above'), 'below')
+    >>> Barrier(position=-0.5, restitution=0.9), Barrier(0.5).free_side
+    (Barrier(position=-0.5, restitution=0.9, free_side='above'), 'below')
     """
 
     said, glyph, powers = "wall", "stop", ("stop",)
@@ -178,7 +179,7 @@ class Barrier(Stop):
     restitution: Annotated[
         float | Restitution | RestitutionLaw, Number("r", "restitution", range="fraction", own=True)
     ] = 1.0
-    side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
+    free_side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -205,7 +206,7 @@ class Barrier(Stop):
 
     def line(self, name: str) -> str:
         """Where it stands and what it does."""
-        relation = ">=" if self.side == "above" else "<="
+        relation = ">=" if self.free_side == "above" else "<="
         return f"wall ({name}): x {relation} {self.position:.6g} m, restitution {self.law()}"
 
     def law(self) -> str:
@@ -231,13 +232,13 @@ class Contact(SoftStop):
         p from 1 (a linear stop) to 3; 1.5 is Hertz's contact of two spheres.
     dissipation : float
         chi >= 0 of Hunt and Crossley, in s/m.
-    side : {"above", "below"}, optional
-        The side on which the mass moves while it is free; that of x = 0 if it is not given, as of a `Barrier`.
+    free_side : {"above", "below"}, optional
+        The side on which the mass moves without touching it; that of x = 0 if it is not given, as of a `Barrier`.
 
     Raises
     ------
     TypeError, ValueError
-        If a number is not one, not finite or out of its range, or ``side`` is another word.
+        If a number is not one, not finite or out of its range, or ``free_side`` is another word.
 
     Notes
     -----
@@ -267,7 +268,7 @@ class Contact(SoftStop):
     dissipation: Annotated[
         float, Number("χ", "dissipation", "s m-1", "unsigned", "It is chi of k d^exponent (1 + chi d').")
     ] = 0.0
-    side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
+    free_side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
 
     @classmethod
     def linear(cls, position: float, stiffness: float, **others: Any) -> Contact:
@@ -280,7 +281,7 @@ class Contact(SoftStop):
         stiffness : float
             k > 0, in N/m.
         **others
-            ``dissipation`` and ``side``, and what every part takes: ``between``, ``count``, ``group``.
+            ``dissipation`` and ``free_side``, and what every part takes: ``between``, ``count``, ``group``.
 
         Returns
         -------
@@ -294,7 +295,7 @@ class Contact(SoftStop):
         Examples
         --------
         >>> Contact.linear(0.004, 1e6)
-        Contact(position=0.004, stiffness=1000000.0, exponent=1.0, dissipation=0.0, side='below')
+        Contact(position=0.004, stiffness=1000000.0, exponent=1.0, dissipation=0.0, free_side='below')
         """
         return cls(position, stiffness, exponent=1.0, **others)
 
@@ -391,7 +392,7 @@ class Contact(SoftStop):
         """Its force in the equation of motion."""
         power = "" if self.exponent == 1.0 else f"^{self.exponent:g}"
         damping = f" (1 + {self.dissipation:.6g} d')" if self.dissipation else ""
-        sign, depth = ("-", "b - x") if self.side == "above" else ("+", "x - b")
+        sign, depth = ("-", "b - x") if self.free_side == "above" else ("+", "x - b")
         return f" {sign} {self.stiffness:.6g} d{power}{damping} [d = {depth} > 0, b = {self.position:.6g}]"
 
 
@@ -462,10 +463,10 @@ def _check_law(law: RestitutionLaw) -> None:
     finite_number(value, "restitution of an impact at 1 m/s", hint="A law of restitution returns r.")
 
 
-def _side(side: object, position: float) -> Side:
-    """The side on which the mass moves; not given, that of x = 0."""
-    if side is None:
+def _side_of(given: object, position: float) -> Side:
+    """The side on which the mass is free; not given, that of x = 0."""
+    if given is None:
         return "below" if position > 0.0 else "above"
-    if not isinstance(side, str) or side not in ("above", "below"):
-        raise ValueError(f"side must be 'above' (the mass moves at x >= position) or 'below', not {shown(side)}.")
-    return cast(Side, side)
+    if not isinstance(given, str) or given not in ("above", "below"):
+        raise ValueError(f"free_side must be 'above' (the mass moves at x >= position) or 'below', not {shown(given)}.")
+    return cast(Side, given)

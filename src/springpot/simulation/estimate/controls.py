@@ -86,7 +86,7 @@ def _jumps(simulation: Simulation, sums: dict[Sum, Floats]) -> list[tuple[float,
     found = []
     for name in simulation.parts.walls:
         wall, momentum = simulation.motion.touched[name], sums["momentum", name] / simulation.parts.mass
-        found.append((wall.position - simulation.motion.origin, momentum if wall.side == "above" else -momentum))
+        found.append((wall.position - simulation.motion.origin, momentum if wall.free_side == "above" else -momentum))
     return found
 
 

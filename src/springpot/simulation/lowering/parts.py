@@ -495,7 +495,7 @@ def _(part: Barrier, name: str, units: Units, step: float) -> Lowered:
 def _(part: Contact, name: str, units: Units, step: float) -> Lowered:
     stiffness = part.stiffness * units.length ** (part.exponent - 1.0) * units.time**2
     dissipation = part.dissipation * units.speed
-    contact = Contact(part.position / units.length, stiffness, part.exponent, dissipation, part.side)
+    contact = Contact(part.position / units.length, stiffness, part.exponent, dissipation, part.free_side)
     return Lowered(contacts=((name, contact),))
 
 

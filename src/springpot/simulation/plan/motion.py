@@ -390,8 +390,8 @@ class Motion:
                 distance, size = part.inwards * (float(row @ x) - part.position), abs(part.position) + np.abs(x).max()
                 if distance < -_BEHIND * size * (np.count_nonzero(row) > 1):
                     raise ValueError(
-                        f"initial_position lies behind {name}: its elongation must be {part.side} {part.position:g}, "
-                        f"and is {float(row @ x):g}."
+                        f"initial_position lies behind {name}: its elongation must be {part.free_side} "
+                        f"{part.position:g}, and is {float(row @ x):g}."
                     )
         return places
 

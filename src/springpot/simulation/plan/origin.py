@@ -43,7 +43,7 @@ def seen_from(system: System, origin: float) -> System:
     --------
     >>> from springpot.problem.parts import Barrier, Spring
     >>> seen_from(System(Spring(4.0), weight=Constant(-9.0), floor=Barrier(0.0, 0.5)), -2.25)
-    System(Spring(stiffness=4.0), floor=Barrier(position=2.25, restitution=0.5, side='above'))
+    System(Spring(stiffness=4.0), floor=Barrier(position=2.25, restitution=0.5, free_side='above'))
     """
     if origin == 0.0:
         return system

@@ -22,7 +22,7 @@ def nearest_to_rest(system: System) -> Floats:
     >>> ends = ("ground", "a"), ("a", "b")
     >>> pair = System(
     ...     Mass(1.0, at="a"), Mass(1.0, at="b"), *(Spring(1.0, between=each) for each in ends), Constant(2.0, on="b"),
-    ...     Barrier(3.5, side="below", between=("ground", "b")),
+    ...     Barrier(3.5, free_side="below", between=("ground", "b")),
     ... )
     >>> nearest_to_rest(pair).round(6).tolist()
     [2.0, 3.5]

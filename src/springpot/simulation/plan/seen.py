@@ -124,7 +124,7 @@ def _displacement(system: System, row: Floats, **names: str) -> Seen:
     for name, part in system.stops.items():
         sign = next((sign for sign in (1.0, -1.0) if np.array_equal(at.elongations[name], sign * row)), 0.0)
         if sign:
-            found.append((name, part, sign * part.position, sign * (1.0 if part.side == "above" else -1.0)))
+            found.append((name, part, sign * part.position, sign * (1.0 if part.free_side == "above" else -1.0)))
     low = [place for _, part, place, side in found if isinstance(part, Barrier) and side > 0.0]
     high = [place for _, part, place, side in found if isinstance(part, Barrier) and side < 0.0]
     own = np.flatnonzero((at.rows[: len(at.names)] == row).all(axis=1))

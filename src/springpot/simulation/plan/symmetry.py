@@ -77,5 +77,5 @@ def _inwards(row: Floats, stop: Stop) -> tuple[Any, ...]:
     return (
         tuple((stop.inwards * row).tolist()),
         stop.inwards * stop.position,
-        replace(stop, position=0.0, side="above", between=None),  # type: ignore[call-arg]
+        replace(stop, position=0.0, free_side="above", between=None),  # type: ignore[call-arg]
     )

@@ -366,7 +366,7 @@ class _Loss:
 def _loss(motion: Motion, sign: float) -> _Loss | None:
     """That of a usual impact; None where there is no wall."""
     side, place = ("above", motion.low) if sign > 0.0 else ("below", motion.high)
-    wall = next((wall for wall in motion.unit.of(Barrier) if wall.side == side), None)
+    wall = next((wall for wall in motion.unit.of(Barrier) if wall.free_side == side), None)
     if wall is None:
         return None
     restitution = restitution_at(wall, math.sqrt(motion.law.temperature))

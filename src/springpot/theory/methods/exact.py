@@ -256,7 +256,7 @@ def exact(system: System) -> Exact:
     Examples
     --------
     >>> import springpot as sp
-    >>> wall = sp.Barrier(position=1.0, side="above")
+    >>> wall = sp.Barrier(position=1.0, free_side="above")
     >>> preloaded = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=0.5), barrier=wall)
     >>> round(exact(preloaded).x_mean, 4), round(exact(preloaded).impact_rate, 4)
     (1.5251, 0.6084)
@@ -267,7 +267,7 @@ def exact(system: System) -> Exact:
 
     >>> system = sp.System(
     ...     sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.1, 1.0)), sp.Dashpot(0.4), sp.WhiteNoise(1.0),
-    ...     sp.Barrier(-0.5), sp.Barrier(1.2, side="below"),
+    ...     sp.Barrier(-0.5), sp.Barrier(1.2, free_side="below"),
     ... )
     >>> result = exact(system)
     >>> round(result.x_mean, 5), round(result.barrier_1_impact_rate, 5), round(result.barrier_2_impact_rate, 5)

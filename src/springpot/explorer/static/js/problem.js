@@ -28,8 +28,8 @@ export const orderOf = (values, paper) => values?.[ORDERS[0]] ?? paper?.order;
 
 // rigid walls and soft contacts, in the order of the parts: lower ones keep what they see of the motion above them
 export function wallsOf(values) {
-  return of(WALL).filter(({ name }) => !values.without.includes(name)).map(({ name, title, soft, side, ends }, number) => ({
-    number, part: name, name: title, lower: side === "above", soft, ends, sign: 1,
+  return of(WALL).filter(({ name }) => !values.without.includes(name)).map(({ name, title, soft, free_side, ends }, number) => ({
+    number, part: name, name: title, lower: free_side === "above", soft, ends, sign: 1,
     position: values[`${name}-position`], restitution: restitutionOf(name, values),
   }));
 }

@@ -311,7 +311,7 @@ def _row(damping: float, restitution: float, place: float) -> Floats:
     try:
         far = 1.5 * math.sinh(place) * math.sqrt(0.5 / damping)
         position = 0.0 if place == 0.0 else optimize.brentq(miss, min(far, 0.0), max(far, 0.0), rtol=1e-9)
-        wall = Barrier(position, restitution, side="above")
+        wall = Barrier(position, restitution, free_side="above")
         truth = fokker_planck(System(Spring(1.0), Dashpot(damping), WhiteNoise(1.0), wall))
     except (ValueError, NotCoveredError):
         return np.full(_NONE.size, np.nan)

@@ -341,7 +341,7 @@ def _turning_points(potential: Potential) -> list[float]:
 
     places = [0.0, potential.low, potential.high]
     for contact in potential.contacts:
-        start, sign = contact.position, -1.0 if contact.side == "above" else 1.0
+        start, sign = contact.position, -1.0 if contact.free_side == "above" else 1.0
         end = potential.edge(start, sign, float(potential.energy(start)))
         deepest = optimize.minimize_scalar(
             lambda place: float(potential.energy(place)), bounds=(min(start, end), max(start, end)), method="bounded",

@@ -383,7 +383,7 @@ def envelope_of_system(system: System) -> Result:
     >>> import springpot as sp
     >>> device = sp.System(
     ...     sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Springpot(0.5, 0.2), sp.WhiteNoise(0.5),
-    ...     sp.Barrier(-1.0, 0.9), sp.Barrier(0.7, 0.8, side="below"),
+    ...     sp.Barrier(-1.0, 0.9), sp.Barrier(0.7, 0.8, free_side="below"),
     ... )
     >>> result = envelope_of_system(device)
     >>> round(result.x_mean_square, 2), round(result.barrier_1_impact_rate, 2), round(result.barrier_2_impact_rate, 2)

@@ -87,7 +87,7 @@ class HalfCycles(WithLaw[tuple[Chain, _Scales]]):
         Examples
         --------
         >>> import springpot as sp
-        >>> stops = sp.Barrier(-1.5, 0.6), sp.Barrier(2.2, 0.6, side="below")
+        >>> stops = sp.Barrier(-1.5, 0.6), sp.Barrier(2.2, 0.6, free_side="below")
         >>> found = half_cycles(sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.4), *stops))
         >>> found.x_density([-2.0, 0.0, 3.0]).round(2).tolist()
         [0.0, 0.44, 0.0]
@@ -118,7 +118,7 @@ class HalfCycles(WithLaw[tuple[Chain, _Scales]]):
         Examples
         --------
         >>> import springpot as sp
-        >>> stops = {"near": sp.Barrier(-1.5, 0.6), "far": sp.Barrier(2.2, 0.6, side="below")}
+        >>> stops = {"near": sp.Barrier(-1.5, 0.6), "far": sp.Barrier(2.2, 0.6, free_side="below")}
         >>> found = half_cycles(sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.4), **stops))
         >>> found.impact_speed_density([0.0, 1.0], "far").round(2).tolist()
         [0.0, 0.71]
@@ -175,7 +175,7 @@ def half_cycles(system: System) -> HalfCycles:
     Examples
     --------
     >>> import springpot as sp
-    >>> stops = sp.Barrier(-1.5, 0.6), sp.Barrier(2.2, 0.6, side="below")
+    >>> stops = sp.Barrier(-1.5, 0.6), sp.Barrier(2.2, 0.6, free_side="below")
     >>> result = half_cycles(sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.4), *stops))
     >>> round(result.barrier_1_impact_rate, 4), round(result.barrier_2_impact_rate, 4)  # Monte Carlo: 0.0494, 0.0088
     (0.0492, 0.0089)
@@ -221,8 +221,8 @@ def check_covered(system: System) -> tuple[Barrier, Barrier]:
     parts = "linear springs and cubic ones that harden, dashpots, springpots and white noise"
     check_kinds(unit, f"{_REACH}, {parts}", kinds, linear=PolynomialDashpot, nonlinear="")
     walls = unit.of(Barrier)
-    below = [wall for wall in walls if wall.side == "above" and wall.position < 0.0]
-    above = [wall for wall in walls if wall.side == "below" and wall.position > 0.0]
+    below = [wall for wall in walls if wall.free_side == "above" and wall.position < 0.0]
+    above = [wall for wall in walls if wall.free_side == "below" and wall.position > 0.0]
     if len(walls) != 2 or not (below and above):
         here = {0: "there is no wall", 1: "there is one wall"}.get(len(walls), "the walls are different")
         raise NotCoveredError(f"{_REACH}; here {here}.")
@@ -321,7 +321,7 @@ def _impacts(chain: Chain, wall: Barrier, scales: _Scales) -> Impacts | None:
     slow = slow_restitution(wall)
     if slow <= COLLAPSE_BELOW:
         return None
-    first = 0 if wall.side == "below" else 2
+    first = 0 if wall.free_side == "below" else 2
     out, back = chain.stages[first], chain.stages[first + 1]
     hits, spring = out.hits, chain.problem.spring
     if spring.speed_to(out.stop.distance) > _REACHED:
