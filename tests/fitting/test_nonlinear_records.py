@@ -239,6 +239,17 @@ def test_two_walls_are_mirror_images() -> None:
     assert there.values["q"] == pytest.approx(here.values["q"], rel=1e-6)
 
 
+def test_a_short_record_of_the_velocity() -> None:
+    """10 s: it tells the restitution and the noise, and hardly where the wall is."""
+    data, _ = record(twins(wall, "v", 1, 10.0, 2.5e-4, 5)[0], 5, "v")
+    start = {"gap": -0.1, "r": 0.5, "q": 9.0}
+    fit = sp.fit(wall(40.0, 0.5, 3.0, **{name: sp.free(name, at, BOUNDS[name]) for name, at in start.items()}), data)
+    for name in ("gap", "r", "q"):
+        assert abs(fit.values[name] - TRUTH[name]) < 4.0 * fit.errors[name], name
+    assert fit.errors["r"] < 0.05
+    assert 0.005 < fit.errors["gap"] < 0.1
+
+
 @pytest.mark.validation  # every day: a short record with a wall, and one of a hardening spring
 def test_a_short_record_of_the_acceleration() -> None:
     """20 s from a start near the truth: within four standard errors."""
@@ -271,7 +282,10 @@ def test_what_is_not_covered(model: Callable[[], sp.System], of: Any, words: str
 
 SETS = [
     (wall, "x", 2.5e-4, TRUTH, 12),
+    (wall, "v", 2.5e-4, TRUTH, 12),
+    (on_ground, "a", 2.5e-4, TRUTH, 12),
     (soft, "x", 1e-3, SOFT, 12),
+    (duffing, "x", 1e-3, DUFFING, 12),
 ]
 
 
@@ -289,7 +303,7 @@ def test_intervals_hold_the_truth(system: Any, of: str, step: float, truth: dict
         }
         fit: Fit = sp.fit(free(system, start), data)
         true = {**truth, "noise": spread}
-        ends = [fit.interval(name) for name in true]
+        ends = [fit.intervals[name] for name in true]
         inside += [low <= value <= high for (low, high), value in zip(ends, true.values(), strict=True)]
         ratios.append(2.0 * (fit.log_likelihood(fit.values) - fit.log_likelihood(true)))
         gaps.append((fit.values["gap"] - true["gap"]) / fit.errors["gap"] if "gap" in true else 0.0)
