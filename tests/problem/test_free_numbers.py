@@ -15,7 +15,7 @@ import pytest
 import springpot as sp
 from springpot.machine.arguments import Free
 from springpot.problem.file import read_system, schema, to_toml
-from springpot.problem.free_numbers import free_numbers, restarted, with_values
+from springpot.problem.free_numbers import free_numbers, restarted, uncertain_numbers, with_values
 
 
 def marked() -> sp.System:
@@ -94,7 +94,8 @@ def test_copies_and_files_keep_what_is_free() -> None:
         (lambda: sp.Springpot(sp.free("a", 0.5, (0.0, 2.0)), 1.0), r"order must be in \[0, 1\], not 2. This is a "
          "bound of the free number a"),
         (lambda: sp.Barrier(0.0, sp.free("r", 0.5, (-0.1, 1.0))), r"restitution must be in \[0, 1\], not -0.1. This"),
-        (lambda: sp.WhiteNoise.from_psd(sp.free("s", 0.5, (0.1, 1.0)), "g2/Hz"), "psd must not be the free number s"),
+        (lambda: sp.WhiteNoise.from_psd(sp.free("s", 0.5, (0.1, 1.0)), "g2/Hz"),
+         "psd must be a plain number here, not the free number s: mark the intensity"),
         (lambda: free_numbers(sp.System(sp.Spring(sp.free("a", 1.0, (0.5, 2.0))),
                                         sp.Dashpot(sp.free("a", 1.5, (0.5, 2.0))))), "a must have the same start"),
         (lambda: with_values(marked(), {"ordre": 0.3}), "'ordre' is not a free number of the model: its free numbers "
@@ -175,3 +176,54 @@ def test_a_square_of_a_free_number_is_fitted() -> None:
     modulus = 36.0 + 20.0 * (2j * np.pi * f) ** 0.3
     found = sp.fit(model, sp.MeasuredModuli(f, storage=modulus.real, loss=modulus.imag, relative_error=0.01))
     assert found.values["w"] == pytest.approx(6.0, rel=1e-6)
+
+
+MARKS = [lambda name, value: sp.free(name, value, (0.9 * value, 1.1 * value)),
+         lambda name, value: sp.uncertain(name, value, sd=0.01 * value)]  # fmt: skip
+
+
+@pytest.mark.parametrize("mark", MARKS)
+@pytest.mark.parametrize("marked_one", ["loss_factor", "stiffness", "frequency_hz"])
+def test_both_parts_of_a_loss_factor_follow_the_number_that_is_marked(mark: Any, marked_one: str) -> None:
+    given = {"order": 0.2, "loss_factor": 0.18, "stiffness": 40e3, "frequency_hz": 25.0}
+    parts = sp.Springpot.from_loss_factor(**given | {marked_one: mark("a", given[marked_one])})
+    moved = 1.05 * given[marked_one]
+    found = [with_values(part, {"a": moved}) if {**free_numbers(part), **uncertain_numbers(part)} else part
+             for part in parts]  # fmt: skip
+    wanted = sp.Springpot.from_loss_factor(**given | {marked_one: moved})
+    assert found[0].stiffness == pytest.approx(wanted[0].stiffness, rel=1e-12)
+    assert found[1].coefficient == pytest.approx(wanted[1].coefficient, rel=1e-12)
+
+
+@pytest.mark.parametrize("mark", MARKS)
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda mark: sp.Springpot.from_loss_factor(mark("a", 0.2), 0.18, 40e3, 25.0),
+         "order must be a plain number here, not the (free|uncertain) number a: the stiffness and the coefficient "
+         "cannot follow it, so mark numbers of the parts themselves"),
+        (lambda mark: sp.Springpot.from_loss_factor(0.2, mark("a", 0.18), mark("b", 40e3), 25.0),
+         "stiffness must be a plain number here, .* number b: only one of the three"),
+        (lambda mark: sp.KanaiTajimiNoise.from_rms(0.1, "g", frequency=mark("a", 15.0), damping=0.6),
+         "frequency must be a plain number here, .* number a: only rms may be marked, or the numbers of KanaiTaj"),
+        (lambda mark: sp.SpectralExcitation.from_psd((10, 200), mark("a", 0.1), "g2/Hz"), r"psd\[0\] must be a plain"),
+        (lambda mark: sp.SpectralExcitation.from_slopes((20, 80), (3,), 0.04, "g2/Hz", at=mark("a", 30.0)),
+         "at must be a plain .*: mark the scale instead"),
+        (lambda mark: sp.SpectralExcitation.from_slopes((20, 80), (mark("a", 3.0),), 0.04, "g2/Hz", at=30.0),
+         "slopes must be a plain"),
+        (lambda mark: sp.Contact.dissipation_of(mark("a", 0.6), 0.3), "restitution must be a plain .* dissipation of"),
+        (lambda mark: sp.Shift.wlf(mark("a", 8.86), 101.6, reference=20.0), "c1 must be a plain"),
+        (lambda mark: sp.Shift.arrhenius(mark("a", 9e4), reference=20.0), "energy must be a plain"),
+        (lambda mark: sp.Shift.table([0.0, 20.0], [mark("a", 4.0), 1.0]), "factors must be a plain"),
+        (lambda mark: sp.Shift.wlf(8.86, 101.6, reference=20.0).at(mark("a", 40.0), sp.Dashpot(1.0)), "celsius must"),
+        (lambda mark: sp.Shift.wlf(8.86, 101.6, reference=20.0).at(40.0, sp.Springpot(mark("a", 0.3), 2.0)),
+         r"order must be a plain .*: C a\^order cannot follow it"),
+        (lambda mark: sp.System.from_modes([mark("a", 6.0)], [2.0], {"top": [1.0]}), "frequencies must be a plain"),
+        (lambda mark: sp.System.from_matrices([[2.0]], [[mark("a", 8.0)]]), "stiffness must be a plain"),
+        (lambda mark: sp.sweep(mark("a", 1.0), "g", 5.0, 80.0, duration=2.0), "amplitude must be a plain"),
+    ],
+)  # fmt: skip
+def test_what_cannot_follow_a_marked_number_is_refused(mark: Any, make: Any, sentence: str) -> None:
+    """Before, it was made once at the nominal value, without a word."""
+    with pytest.raises(ValueError, match=f"^{sentence}"):
+        make(mark)

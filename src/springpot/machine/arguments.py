@@ -321,6 +321,39 @@ def finite_number(
     return number
 
 
+def check_plain(value: object, name: str, instead: str) -> None:
+    """Refuse a number, or a list with one, that is marked as free or uncertain, where what is made of it cannot follow.
+
+    Parameters
+    ----------
+    value : object
+        A list may hold lists.
+    name : str
+        The argument's name, for the message.
+    instead : str
+        What to do, in words.
+
+    Raises
+    ------
+    ValueError
+        With the marked number's name.
+
+    Examples
+    --------
+    >>> check_plain(Free(0.2, "alpha", 0.1, 0.3), "order", "mark the coefficient")
+    Traceback (most recent call last):
+    ValueError: order must be a plain number here, not the free number alpha: mark the coefficient.
+    """
+    if isinstance(value, Free):
+        kind = "uncertain" if isinstance(value, Uncertain) else "free"
+        raise ValueError(f"{name} must be a plain number here, not the {kind} number {value.name}: {instead}.")
+    if isinstance(value, Lost):
+        raise ValueError(f"{name} must be a plain number here, not one of {' and '.join(value.names)}: {instead}.")
+    if isinstance(value, list | tuple) and not {*map(type, value)} <= {float, int}:
+        for each in value:
+            check_plain(each, name, instead)
+
+
 def checked_name(value: object, label: str, wanted: str = "be a word of letters, digits and _") -> str:
     """Return ``value`` if it can be a name in Python and in results, or raise one sentence.
 

@@ -9,12 +9,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.machine.arguments import checked_name, items_of, numbers_in_array
+from springpot.machine.arguments import check_plain, checked_name, items_of, numbers_in_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word, listed, per_cent, shown
 from springpot.problem.coordinates import MOST_PARTS
 from springpot.problem.messages import AccuracyWarning, ProblemWarning, say
-from springpot.problem.modes import check_points, numbers_for, rows_in, say_if_free, with_modes
+from springpot.problem.modes import MARK_PARTS, check_points, numbers_for, rows_in, say_if_free, with_modes
 from springpot.problem.parts import Dashpot, Mass, Spring
 from springpot.problem.parts.registration import Part
 from springpot.problem.reduction import Matrix, NormalModes, factor, is_sparse, normal_modes
@@ -208,6 +208,7 @@ def _matrix(given: Any, name: str, size: int | None, form: Form) -> Matrix:
         raise TypeError(f"{name} must be a matrix of real numbers, not of {given.dtype}.")
     if is_sparse(given) and form != "sparse":
         given = given.toarray()
+    check_plain(given, name, MARK_PARTS)
     found: Any = given if is_sparse(given) else numbers_in_array(given, f"{name} must be a matrix of numbers")
     if found.ndim != 2 or found.shape[0] != found.shape[1] or not found.shape[0]:
         raise ValueError(f"{name} must be a square matrix, not an array of shape {found.shape}.")

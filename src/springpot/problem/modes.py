@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.machine.arguments import checked_name, numbers_in_array, one_of
+from springpot.machine.arguments import check_plain, checked_name, numbers_in_array, one_of
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
 from springpot.problem.coordinates import MOST_PARTS
@@ -19,6 +19,7 @@ from springpot.problem.parts import Dashpot, Mass, Point, Spring
 from springpot.problem.parts.registration import Part
 
 FrequencyUnit = Literal["rad/s", "Hz"]
+MARK_PARTS = "mark numbers of the parts that are made"  # what a matrix or a list of modes cannot hold
 
 
 def parts_of_modes(
@@ -145,6 +146,7 @@ def numbers_for(
     """
     if (rows := rows_in(given)) >= MOST_PARTS and rows != size:
         raise ValueError(f"{name} must be fewer numbers than {MOST_PARTS}, the most parts of a system, not {rows:,}.")
+    check_plain(given, name, MARK_PARTS)
     found = numbers_in_array(given, f"{name} must be numbers, one for each {each}")
     if found.ndim == 0 and size is not None and not several:
         found = np.full(size, float(found))

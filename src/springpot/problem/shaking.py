@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.machine.arguments import LARGEST, finite_array, finite_number, one_of
+from springpot.machine.arguments import LARGEST, check_plain, finite_array, finite_number, one_of
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.machine.sampling import even_times
@@ -65,6 +65,9 @@ def sweep(
     >>> slow.duration, slow.count, round(slow.mean_square**0.5 / 9.80665, 3)
     (60.0, 1, 0.354)
     """
+    given = {"amplitude": amplitude, "low": low, "high": high, "duration": duration}
+    for name, value in (given | {"octaves_per_minute": octaves_per_minute}).items():
+        check_plain(value, name, "mark the scale of the record instead")
     size = finite_number(amplitude, "amplitude", low=0.0, high=LARGEST, open_low=True)
     one_of(unit, "unit", get_args(RmsUnit))
     ends = [

@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from typing import Literal, get_args
 
 from springpot.files.units import FREQUENCY_UNITS, STANDARD_GRAVITY
-from springpot.machine.arguments import LARGEST, Free, finite_number, one_of
+from springpot.machine.arguments import LARGEST, check_plain, finite_number, one_of
 
 __all__ = ["STANDARD_GRAVITY", "intensity_from_psd", "psd_from_intensity"]
 
@@ -76,8 +76,7 @@ def intensity_from_psd(psd: float, unit: DensityUnit, *, sides: Sides = 1, mass:
     1.0
     """
     psd = finite_number(psd, "psd", low=0.0, high=LARGEST, hint="It is a spectral density.")
-    if isinstance(psd, Free):
-        raise ValueError(f"psd must not be the free number {psd.name}: mark the intensity of a WhiteNoise instead.")
+    check_plain(psd, "psd", "mark the intensity of a WhiteNoise instead")
     return psd * _density_of_one(unit, sides, mass)
 
 

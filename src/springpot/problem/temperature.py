@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
+from springpot.machine.arguments import LARGEST, check_plain, finite_number, numbers_in_array
 from springpot.problem.parts.dampers import Dashpot
 from springpot.problem.parts.registration import Part
 from springpot.problem.parts.springpots import FractionalMaxwell, Maxwell, Springpot
@@ -21,6 +21,7 @@ _GAS = 8.314462618  # J/(mol K)
 _ZERO = -273.15  # K, in degrees Celsius
 _MOST = 50.0  # decades
 _CELSIUS = "It is in degrees Celsius."
+_MARK_SHIFTED = "mark numbers of the shifted parts instead"
 
 
 @dataclass(frozen=True, repr=False)
@@ -91,6 +92,8 @@ class Shift:
         >>> round(Shift.wlf(17.44, 51.6, reference=-60.0).of(-50.0), 6)
         0.001475
         """
+        for name, value in (("c1", c1), ("c2", c2), ("reference", reference)):
+            check_plain(value, name, _MARK_SHIFTED)
         first = finite_number(c1, "c1", low=0.0, high=LARGEST, open_low=True)
         second = finite_number(c2, "c2", low=0.0, high=LARGEST, open_low=True, hint="It is in K.")
         base = finite_number(reference, "reference", low=_ZERO, high=LARGEST, hint=_CELSIUS)
@@ -124,6 +127,8 @@ class Shift:
         >>> round(Shift.arrhenius(90e3, reference=20.0).of(30.0), 4)
         0.2958
         """
+        for name, value in (("energy", energy), ("reference", reference)):
+            check_plain(value, name, _MARK_SHIFTED)
         height = finite_number(energy, "energy", low=0.0, high=LARGEST, open_low=True, hint="It is in J/mol.")
         base = finite_number(reference, "reference", low=_ZERO, high=LARGEST, open_low=True, hint=_CELSIUS)
         slope = height / (_GAS * math.log(10.0))
@@ -153,6 +158,8 @@ class Shift:
         >>> round(Shift.table([0.0, 20.0, 40.0], [100.0, 1.0, 0.1]).of(10.0), 9)
         10.0
         """
+        for name, value in (("celsius", celsius), ("factors", factors)):
+            check_plain(value, name, _MARK_SHIFTED)
         at = numbers_in_array(celsius, "celsius must be a list of numbers")
         found = numbers_in_array(factors, "factors must be a list of numbers")
         if at.ndim != 1 or at.size < 2 or found.shape != at.shape:
@@ -188,6 +195,7 @@ class Shift:
         >>> Shift.wlf(8.86, 101.6, reference=20.0).of(20.0)
         1.0
         """
+        check_plain(celsius, "celsius", _MARK_SHIFTED)
         warm = finite_number(celsius, "celsius", low=_ZERO, high=LARGEST, open_low=True, hint=_CELSIUS)
         found = self.decades(warm)
         if abs(found) > _MOST:
@@ -207,12 +215,12 @@ class Shift:
         Returns
         -------
         System or part
-            Of the same kind and names; free numbers stay free where the order is a plain number.
+            Of the same kind and names; free and uncertain numbers stay so.
 
         Raises
         ------
         TypeError, ValueError
-            As `of`, or if the model is none.
+            As `of`, or if the model is none, or the order of a springpot is free or uncertain.
 
         Examples
         --------
@@ -233,6 +241,7 @@ def _whole(model: object, factor: float) -> Any:
 def _shifted(part: Any, factor: float) -> Any:
     match part:
         case Springpot():
+            check_plain(part.order, "order", f"C a^order cannot follow it, {_MARK_SHIFTED}")
             return replace(part, coefficient=part.coefficient * factor**part.order)
         case Dashpot() | Maxwell():
             return replace(part, coefficient=part.coefficient * factor)

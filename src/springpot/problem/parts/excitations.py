@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast, get_args
 
 from springpot.files.units import Decimal
-from springpot.machine.arguments import LARGEST, Free, checked_name, checked_path, finite_number, items_of
+from springpot.machine.arguments import LARGEST, check_plain, checked_name, checked_path, finite_number, items_of
 from springpot.machine.faults import FileError, known_word, listed, per_cent, shown
 from springpot.problem.messages import warn_of_file
 from springpot.problem.parts.checks import numbers_in, put
@@ -288,6 +288,8 @@ class GroundNoise(Excitation, abstract=True):
             if (own := name.removesuffix("_hz")) in numbers:
                 raise TypeError(f"{name} must be left out where {own} is given.")
             numbers[own] = _turned(numbers.pop(name), name)
+        for name in {*numbers} - {"frequency_rate"}:  # all of which the rms depends on
+            check_plain(numbers[name], name, f"only rms may be marked, or the numbers of {cls.__name__}(...) itself")
         kind, size = cast(Any, cls), rms * (STANDARD_GRAVITY if unit == "g" else 1.0)
         found = kind(**numbers, intensity=1.0, on=driven(unit, on, "an rms"))
         return cast(Self, replace(found, intensity=(size / found.rms) ** 2))
@@ -713,6 +715,8 @@ class SpectralExcitation(Excitation):
         """
         f, steep = _positive(frequency, "frequency"), numbers_in(slopes, "slopes", "It is in dB per octave.")
         level = finite_number(psd, "psd", low=0.0, high=LARGEST, open_low=True, hint=_A_DENSITY)
+        for name, value in (("slopes", steep), ("at", at)):
+            check_plain(value, name, "mark the scale instead")
         there = finite_number(at, "at", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")
         cls(f, f)  # they increase
         return cls.from_psd(f, along_slopes(f, steep, level, there), psd_unit, scale=scale, on=on)
@@ -907,8 +911,7 @@ def _positive(values: object, name: str) -> tuple[float, ...]:
     hint = _A_DENSITY if name == "psd" else "It is in Hz, above 0 on a logarithmic scale."
     found = []
     for place, value in enumerate(items_of(values, f"{name} must be a list of numbers")):
-        if isinstance(value, Free):
-            raise ValueError(f"{name}[{place}] must not be the free number {value.name}: mark the scale instead.")
+        check_plain(value, f"{name}[{place}]", "mark the scale instead")
         found.append(finite_number(value, f"{name}[{place}]", low=0.0, high=LARGEST, open_low=True, hint=hint))
     return tuple(found)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, Free, check_plain, finite_number
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import signed
 from springpot.problem.parts.registration import Element, Number, Part, Slopes
@@ -73,11 +73,13 @@ class Springpot(Element):
         Raises
         ------
         TypeError, ValueError
-            If a number is none or out of its range, or the order so small that the springpot alone is stiffer.
+            If a number is none or out of its range, or the order so small that the springpot alone is stiffer; or if
+            the order is free or uncertain, or two of the other numbers are.
 
         Notes
         -----
-        From K' + i eta K' = k + C (i w)^alpha.
+        From K' + i eta K' = k + C (i w)^alpha.  One of ``loss_factor``, ``stiffness`` and ``frequency_hz`` may be free
+        or uncertain: both parts follow it.  No expression follows an order in that way.
 
         Examples
         --------
@@ -88,6 +90,13 @@ class Springpot(Element):
         >>> round(k.real), round(k.imag / k.real, 9)
         (136000, 0.15)
         """
+        check_plain(
+            order, "order", "the stiffness and the coefficient cannot follow it, so mark numbers of the parts "
+            "themselves, or make the parts of each order and run them with springpot.simulate_many",
+        )  # fmt: skip
+        given = {"loss_factor": loss_factor, "stiffness": stiffness, "frequency_hz": frequency_hz}
+        for name in [name for name, value in given.items() if isinstance(value, Free)][1:]:
+            check_plain(given[name], name, "only one of the three may be marked")
         loss = finite_number(loss_factor, "loss_factor", low=0.0, high=LARGEST, open_low=True)
         whole = finite_number(stiffness, "stiffness", low=0.0, high=LARGEST, open_low=True, hint="It is in N/m.")
         hertz = finite_number(frequency_hz, "frequency_hz", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, cast
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, check_plain, finite_number
 from springpot.machine.faults import listed, shown
 from springpot.machine.roots import root_between
 from springpot.problem.parts.checks import Checked, put
@@ -325,6 +325,7 @@ class Contact(SoftStop):
         >>> round(chi, 4), round(Contact(0.0, 1e6, dissipation=chi).restitution_at(0.5), 9)
         (0.7463, 0.8)
         """
+        check_plain(restitution, "restitution", "mark the dissipation of the contact instead")
         r = finite_number(restitution, "restitution", low=0.0, high=1.0, open_low=True, hint="Elastic is 1.")
         v = finite_number(speed, "speed", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s.")
         if r == 1.0:
