@@ -52,6 +52,36 @@ def test_theory_has_it_as_a_run_has() -> None:
     assert life == sp.theory.fatigue(BOX, sp.Basquin(4.0, strength=20.0), "force_on_ground").life
 
 
+FOUR = {"group": "mount", "count": 4}
+MOUNTED = sp.System(sp.Mass(2.0), sp.Spring(2.0, **FOUR), sp.Springpot(0.3, 0.5, **FOUR), sp.WhiteNoise(1.0, on="ground"))
+
+
+def test_of_a_group_with_one_count_the_force_of_one_is_its_share() -> None:
+    """Everywhere: in a run, its distributions and names, theory, fatigue, first passages, exceedance and on the page."""
+    names = ["mount_force", "mount_force_of_one", "spring_force_of_one"]
+    run = sp.simulate(
+        MOUNTED, paths=64, duration=20.0, forces=names, record=4, distributions=True, first_passage={names[1]: [3.0]}
+    )
+    np.testing.assert_allclose(run.forces["mount_force"], 4.0 * run.forces["mount_force_of_one"], rtol=1e-5, atol=1e-6)
+    ratio = run["mount_force_mean_square"].value / run["mount_force_of_one_mean_square"].value
+    assert ratio == pytest.approx(16.0, rel=1e-5)
+    assert run.to_xarray()["mount_force_of_one_mean_square"].attrs["units"] == "N2"
+    exact = sp.theory.linear(MOUNTED)
+    assert exact.mean_square("mount_force") == pytest.approx(16.0 * exact.mean_square("mount_force_of_one"), rel=1e-12)
+    assert sp.theory.fatigue(MOUNTED, sp.Basquin(4.0, strength=20.0), "mount_force_of_one").life
+    assert "mount_force_of_one" in [name for name, *_ in offered(MOUNTED)["forces"]]
+    assert "mount_force_of_one_spectrum" in results_on_request(MOUNTED)
+    assert sp.exceedance(MOUNTED, {"mount_force_of_one": [3.0]}, duration=5.0, rtol=0.5, max_time=20.0)
+
+
+def test_of_a_group_with_several_counts_there_is_no_force_of_one() -> None:
+    mixed = sp.System(sp.Mass(2.0), sp.Spring(2.0, **FOUR), sp.Springpot(0.3, 0.5, group="mount"), sp.WhiteNoise(1.0))
+    assert mixed.counts == {"spring": 4}
+    assert "mount_force_of_one_spectrum" not in results_on_request(mixed)
+    with pytest.raises(ValueError, match="mount_force_of_one.* did you mean mount_force"):
+        sp.simulate(mixed, paths=8, duration=1.0, forces=["mount_force_of_one"])
+
+
 def test_designs_the_page_and_files_have_it(tmp_path: Path) -> None:
     assert "mount_force" in [name for name, *_ in offered(BOX)["forces"]]
     assert "mount_force_spectrum" in results_on_request(BOX)

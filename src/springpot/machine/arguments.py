@@ -275,7 +275,7 @@ def finite_number(
 ) -> float:
     """Return ``value`` as a float, or raise one sentence that names the argument and its allowed range.
 
-    A `Free` number is returned as it is; its bounds must be allowed too.
+    A `Free` number is returned as it is; its bounds must be allowed too.  An array without an axis is its number.
 
     Parameters
     ----------
@@ -301,6 +301,7 @@ def finite_number(
     2.0
     """
     hint = f" {hint}" if hint else ""
+    value = without_axis(value)
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise TypeError(f"{name} must be a real number, not {shown(value)} ({type(value).__name__}).{hint}")
     try:
@@ -319,6 +320,18 @@ def finite_number(
                 raise ValueError(f"{fault} This is a bound of the {kind.format(value.name)}.") from None
         return value
     return number
+
+
+def without_axis(value: Any) -> Any:
+    """The number in an array that has no axis, such as a quantile of a run; anything else as it is.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> without_axis(np.array(0.5)), without_axis([0.5])
+    (0.5, [0.5])
+    """
+    return value.item() if getattr(value, "ndim", None) == 0 and not isinstance(value, numbers.Real) else value
 
 
 def check_plain(value: object, name: str, instead: str) -> None:

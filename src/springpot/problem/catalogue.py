@@ -53,6 +53,10 @@ class System(Protocol):
     def groups(self) -> Mapping[str, tuple[str, ...]]:
         """The parts of each group."""
 
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """How many equal ones there are, of parts and groups of which there are several."""
+
     def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
         """The parts of these kinds."""
 
@@ -89,8 +93,8 @@ class Quantity:
         In the data set of `springpot.simulate`.
     numbered : bool
         Whether there may be several, with the endings ``_1``, ``_2`` and so on.
-    of_groups : bool
-        Whether groups of parts have it, as parts have.
+    of_groups : callable
+        The groups of a system that have it, as parts have.
     """
 
     name: str
@@ -104,7 +108,7 @@ class Quantity:
     option: str = ""
     dimensions: tuple[str, ...] = ()
     numbered: bool = False
-    of_groups: bool = False
+    of_groups: Callable[[System], Iterable[str]] = lambda system: ()
 
     def names(self, system: System) -> Iterator[str]:
         """Its names in the results of a system, whatever the system's numbers are."""
@@ -118,7 +122,7 @@ class Quantity:
         owners: Iterable[tuple[str, str]] = ()
         if stem == _OF:
             parts = ((name, f"the part {name}") for name, part in system.stated() if self.of(part))
-            owners = chain(parts, ((group, f"the group {group}") for group in system.groups if self.of_groups))
+            owners = chain(parts, ((group, f"the group {group}") for group in self.of_groups(system)))
         elif stem == _AT:
             owners = _points(system)
         elif stem == _PAIRS:
@@ -279,7 +283,9 @@ def _felt(
     """Of a force or an acceleration: moments, and with other options extremes and spectrum."""
     has = _is_counted if name.endswith("_of_one") else _has_force
     asked, of_part = f"`forces=`{when}", name == f"{_OF}force"
-    given: dict[str, Any] = {"of": has, "where": where, "option": "forces", "of_groups": of_part}
+    given: dict[str, Any] = {"of": has, "where": where, "option": "forces"}
+    if name.startswith(_OF):
+        given["of_groups"] = lambda system: [one for one in system.groups if of_part or one in system.counts]
     # the mean force of a stop is in every run, and ``rtol`` controls its error
     mean: dict[str, Any] = {**given, "of": lambda part: has(part) and not (of_part and _is_soft(part))}
     yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=of_part, **mean)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -100,7 +100,9 @@ def felt_in(system: System) -> dict[str, Felt]:
     for group, names in system.groups.items():
         beside = tuple(n for n in names if n not in elements or n in unseen)
         reason = _beside(beside) or _apart(names, elements, rows) or _hot(system, names)
-        found[f"{group}_force"] = Felt({n: 1.0 for n in names if n not in beside}, reason=reason, unseen=beside)
+        own = found[f"{group}_force"] = Felt({n: 1.0 for n in names if n not in beside}, reason=reason, unseen=beside)
+        if count := system.counts.get(group):
+            found[f"{group}_force_of_one"] = replace(own, shares=dict.fromkeys(own.shares, 1.0 / count))
     below = {n: sign for n, sign in system.grounded.items() if n in elements}
     if below:
         beside = tuple(n for n in below if n in unseen)

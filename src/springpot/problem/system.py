@@ -308,8 +308,20 @@ class System:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many equal ones there are of each part of which there are several, by name."""
-        return {name: part.count for name, part in self.stated() if isinstance(part, Element) and part.count > 1}
+        """How many equal ones there are of each part of which there are several, and of each group of such, by name.
+
+        Examples
+        --------
+        >>> from springpot.problem.parts import Spring
+        >>> four = {"count": 4, "group": "mount"}
+        >>> System(Spring(8.0, **four), Springpot(0.3, 2.0, **four)).counts
+        {'spring': 4, 'springpot': 4, 'mount': 4}
+        """
+        found = {name: part.count for name, part in self.stated() if isinstance(part, Element) and part.count > 1}
+        for group, names in self.groups.items():
+            if names[0] in found and len({found.get(name) for name in names}) == 1:
+                found[group] = found[names[0]]
+        return found
 
     @property
     def groups(self) -> dict[str, tuple[str, ...]]:
