@@ -53,11 +53,13 @@ def test_theory_has_it_as_a_run_has() -> None:
 
 
 FOUR = {"group": "mount", "count": 4}
-MOUNTED = sp.System(sp.Mass(2.0), sp.Spring(2.0, **FOUR), sp.Springpot(0.3, 0.5, **FOUR), sp.WhiteNoise(1.0, on="ground"))
+MOUNTED = sp.System(
+    sp.Mass(2.0), sp.Spring(2.0, **FOUR), sp.Springpot(0.3, 0.5, **FOUR), sp.WhiteNoise(1.0, on="ground")
+)
 
 
 def test_of_a_group_with_one_count_the_force_of_one_is_its_share() -> None:
-    """Everywhere: in a run, its distributions and names, theory, fatigue, first passages, exceedance and on the page."""
+    """Everywhere: in a run, its distributions and names, theory, fatigue, first passages, rare events, the page."""
     names = ["mount_force", "mount_force_of_one", "spring_force_of_one"]
     run = sp.simulate(
         MOUNTED, paths=64, duration=20.0, forces=names, record=4, distributions=True, first_passage={names[1]: [3.0]}
@@ -78,7 +80,7 @@ def test_of_a_group_with_several_counts_there_is_no_force_of_one() -> None:
     mixed = sp.System(sp.Mass(2.0), sp.Spring(2.0, **FOUR), sp.Springpot(0.3, 0.5, group="mount"), sp.WhiteNoise(1.0))
     assert mixed.counts == {"spring": 4}
     assert "mount_force_of_one_spectrum" not in results_on_request(mixed)
-    with pytest.raises(ValueError, match="mount_force_of_one.* did you mean mount_force"):
+    with pytest.raises(ValueError, match=r"mount_force_of_one.* did you mean mount_force"):
         sp.simulate(mixed, paths=8, duration=1.0, forces=["mount_force_of_one"])
 
 

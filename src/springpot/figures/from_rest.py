@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 from springpot.figures.data import Data, Theory, as_dataset, error_of_mean, paper_of, recorded, results
 from springpot.figures.designs import Design, design_at
 from springpot.figures.sweeps import MOMENTS
+from springpot.machine.arguments import without_axis
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word, shown
 from springpot.problem.dimensionless import Dimensionless
@@ -129,7 +131,8 @@ def plot_survival(
     >>> axes.lines[0].get_ydata().round(2)
     array([1.  , 0.14])
     """
-    if not (isinstance(level, int | float) and level > 0.0):
+    level = without_axis(level)
+    if not (isinstance(level, Real) and level > 0.0):
         raise ValueError(f"level must be a positive amplitude in m, not {shown(level)}.")
     design, times = design_at(data, at, ax, color, label, "when")
     if data is not None:

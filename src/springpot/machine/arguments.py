@@ -492,7 +492,7 @@ def finite_array(value: Any, name: str) -> Floats:
 
 
 def _is_real(value: object) -> bool:
-    return isinstance(value, numbers.Real) and not isinstance(value, bool)
+    return isinstance(without_axis(value), numbers.Real) and not isinstance(without_axis(value), bool)
 
 
 def items_of(value: Any, must: str) -> tuple[Any, ...]:

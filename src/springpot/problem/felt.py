@@ -100,9 +100,10 @@ def felt_in(system: System) -> dict[str, Felt]:
     for group, names in system.groups.items():
         beside = tuple(n for n in names if n not in elements or n in unseen)
         reason = _beside(beside) or _apart(names, elements, rows) or _hot(system, names)
-        own = found[f"{group}_force"] = Felt({n: 1.0 for n in names if n not in beside}, reason=reason, unseen=beside)
+        whole = Felt({n: 1.0 for n in names if n not in beside}, reason=reason, unseen=beside)
+        found[f"{group}_force"] = whole
         if count := system.counts.get(group):
-            found[f"{group}_force_of_one"] = replace(own, shares=dict.fromkeys(own.shares, 1.0 / count))
+            found[f"{group}_force_of_one"] = replace(whole, shares=dict.fromkeys(whole.shares, 1.0 / count))
     below = {n: sign for n, sign in system.grounded.items() if n in elements}
     if below:
         beside = tuple(n for n in below if n in unseen)

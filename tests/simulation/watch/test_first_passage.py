@@ -240,6 +240,21 @@ def test_a_mean_that_is_not_known_is_not_given(times: Floats, settling: float, s
     assert math.isfinite(passage.restricted_mean[0])
 
 
+@pytest.mark.parametrize("passed", [0.5, 0.999])
+def test_after_an_earthquake_no_longer_run_is_advised(passed: float) -> None:
+    """Who has not passed by its end need never pass: there is no mean time, and nothing is wrong."""
+    times = np.where(np.linspace(0.0, 1.0, 1000) < passed, np.linspace(0.1, 9.0, 1000), 20.0)
+    passage = censored(10.0, times, math.inf)
+    assert math.isnan(passage.mean_time)
+    assert passage.mean[2].endswith("so there is no mean time: use quantiles.")
+    assert passage.warnings == ()
+    brief = sp.ExponentialEnvelope(slow=0.2, fast=0.6)
+    device = sp.System(sp.Mass(1.0), sp.Spring(40.0), sp.Dashpot(0.6), sp.WhiteNoise(0.5, on="ground", envelope=brief))
+    run = sp.simulate(device, paths=200, first_passage={"distance": 0.15}, seed=1)
+    assert 0.1 < run.first_passages["distance"].share_censored < 0.9
+    assert not [warning for warning in run.warnings if "distance_first_passage" in warning]
+
+
 def test_quantiles_and_survival_of_a_sample() -> None:
     times = np.random.default_rng(2).exponential(2.0, 4000)
     passage = censored(4.0, times)

@@ -6,11 +6,20 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast, get_args
 
 from springpot.files.units import Decimal
-from springpot.machine.arguments import LARGEST, check_plain, checked_name, checked_path, finite_number, items_of
+from springpot.machine.arguments import (
+    LARGEST,
+    check_plain,
+    checked_name,
+    checked_path,
+    finite_number,
+    items_of,
+    without_axis,
+)
 from springpot.machine.faults import FileError, known_word, listed, per_cent, shown
 from springpot.problem.messages import warn_of_file
 from springpot.problem.parts.checks import numbers_in, put
@@ -673,7 +682,7 @@ class SpectralExcitation(Excitation):
         ('ground', 61.87)
         """
         f = _positive(frequency, "frequency")
-        values = (psd,) * len(f) if isinstance(psd, int | float) else psd
+        values = (psd,) * len(f) if isinstance(without_axis(psd), Real) else psd
         size = one_sided_si(_positive(values, "psd"), psd_unit, sides)
         return cls(in_hertz(f, frequency_unit), size, scale, driven(psd_unit, on), envelope=envelope)
 

@@ -31,7 +31,7 @@ import numpy.typing as npt
 from numba import njit
 from numba.core.errors import NumbaError
 
-from springpot.machine.arguments import LARGEST, checked_name, finite_number
+from springpot.machine.arguments import LARGEST, checked_name, finite_number, without_axis
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import cause_of, shown
 from springpot.problem.catalogue import LEVELS, unit_of_result
@@ -241,7 +241,7 @@ def _levels_and_reference(name: str, quantity: str, given: Any) -> tuple[Any, fl
 
 
 def _level(name: str, quantity: str, given: Any) -> float:
-    signed = quantity in (*_SIZES, "")
+    signed, given = quantity in (*_SIZES, ""), without_axis(given)
     if isinstance(given, tuple | list | np.ndarray):
         pair = ", or (low, high) for an interval that is left" if quantity in _SIZES else ""
         raise TypeError(f"first_passage of {name} must be a level or a list of levels{pair}, not {shown(given)}.")

@@ -48,6 +48,7 @@ class PassageTimes:
         Duration of the observation, in s.
     settling : float
         Time after which the rate of passages is assumed constant, in s: needed for a mean if some paths are censored.
+        Infinite where the excitation ends, or there is no stationary state for another reason.
     times : ndarray, shape (paths,)
         Since ``begin``, in s; 0 for a path beyond the level at ``begin``, infinite for one that did not pass.
     """
@@ -274,7 +275,8 @@ class PassageTimes:
 
         If every path has passed it is the mean of the times.  Otherwise the remaining paths are assumed to pass at the
         constant rate of passages in the second half of the horizon.  If that adds more than a standard error, the mean
-        is NaN where the rate is not constant, comes from too few passages, or that half begins before ``settling``.
+        is NaN where the rate is not constant, comes from too few passages, or that half begins before ``settling``.  It
+        is NaN, too, where ``settling`` is infinite, as of an earthquake: who has not passed by its end need never pass.
 
         Examples
         --------
@@ -291,7 +293,8 @@ class PassageTimes:
         late = (self.times > half) & ~censored
         exposure = np.maximum(seen - half, 0.0)
         c, e, d = censored.mean(), exposure.mean(), late.mean()
-        small = late.sum() >= FEWEST_AT_ALL and c * e / d < _standard_error(seen)
+        lasts = math.isfinite(self.settling)
+        small = lasts and late.sum() >= FEWEST_AT_ALL and c * e / d < _standard_error(seen)
         refusal = "" if small else self._no_mean(share, half, late, exposure)
         if refusal:
             return math.nan, math.nan, refusal
@@ -304,11 +307,13 @@ class PassageTimes:
     def _no_mean(self, share: str, half: float, late: npt.NDArray[np.bool_], exposure: Floats) -> str:
         """Why there is no mean; empty if there is one."""
         seen = np.minimum(self.times, self.horizon)
+        if math.isinf(self.settling):
+            return f"{share}, and no later rate of passages is known, so there is no mean time: use quantiles."
         if half < self.settling:
-            wanted = "quantiles or the survival curve"
-            if math.isfinite(self.settling):
-                wanted = f"a run of at least {2.0 * self.settling:.3g} s from the start of the clock, or {wanted}"
-            return f"{share}, so the run is too short for a mean time: use {wanted}."
+            return (
+                f"{share}, so the run is too short for a mean time: use a run of at least {2.0 * self.settling:.3g} s "
+                "from the start of the clock, or quantiles or the survival curve."
+            )
         if late.sum() < FEWEST_LATE:
             return (
                 f"{share}, and fewer than {FEWEST_LATE} have passed in its second half, too few for a mean time: use a "
@@ -388,7 +393,7 @@ class PassageTimes:
         """Warnings: one sentence each."""
         name, (mean, error, assumed) = f"{self.quantity}_first_passage", self.mean
         sentences = []
-        if assumed and not mean - self.restricted_mean[0] < error:
+        if assumed and math.isfinite(self.settling) and not mean - self.restricted_mean[0] < error:
             sentences.append(say("passage_mean_extrapolated", name=name, assumed=assumed))
         if self.share_at_start > 0.0:
             sentences.append(say("passed_at_start", name=name, share=per_cent(self.share_at_start)))

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from springpot.machine.arguments import finite_number, items_of
+from springpot.machine.arguments import finite_number, items_of, without_axis
 from springpot.machine.arrays import Columns, Floats
 from springpot.machine.faults import shown
 from springpot.problem.catalogue import possible_results, unit_of_result
@@ -250,6 +250,7 @@ def _checked_edges(wanted: Any, settings: Settings, displacements: int) -> npt.N
     """
     low, high = settings.window_steps
     must = "profile must be a number of bins, or times in s between them"
+    wanted = without_axis(wanted)
     if isinstance(wanted, bool):
         raise TypeError(f"{must}, not {shown(wanted)}.")
     if isinstance(wanted, Real):
