@@ -338,6 +338,18 @@ def test_laws_without_tails_are_told() -> None:
         sp.exceedance_over_devices(device, {"x": 1.0}, duration=20.0, step=0.1, start="rest")
 
 
+def test_what_bounds_leave_out_is_told_once() -> None:
+    damping = sp.uncertain("c", 0.2, sd=0.05, bounds=(0.05, 0.5))
+    device = sp.System(sp.Spring(1.0), sp.Dashpot(damping), sp.WhiteNoise(0.2))
+    with pytest.warns(sp.SpringpotWarning, match="bounds leave out") as raised:
+        found = sp.exceedance_over_devices(device, {"x": [1.0], "v": [1.0]}, duration=20.0, step=0.1, start="rest")
+    told = [str(each.message) for each in raised]
+    assert told == [*found.warnings]
+    assert len([sentence for sentence in told if "bounds leave out" in sentence]) == 1
+    assert "bounds leave out" not in str(found)
+    assert "bounds leave out" in found.report()
+
+
 def test_a_report_where_all_numbers_depend_on_each_other() -> None:
     device = sp.System(
         sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", 0.2, cov=0.2)), sp.WhiteNoise(sp.uncertain("q", 0.2, cov=0.1))

@@ -101,7 +101,7 @@ def exceedance_over_devices(
     Warns
     -----
     SpringpotWarning
-        For each sentence of ``warnings``.
+        For each sentence of ``warnings``, which ``print`` does not repeat.
 
     Examples
     --------

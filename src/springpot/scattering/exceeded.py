@@ -161,7 +161,7 @@ class DevicesThatExceed:
         return iter(self.curves)
 
     def __str__(self) -> str:
-        return self.report()
+        return self.report(warnings=False)  # they were raised
 
     def report(self, *, warnings: bool = True) -> str:
         """All of it on a screen: ``+-`` is one standard error, and brackets hold with 95 %."""
