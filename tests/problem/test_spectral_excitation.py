@@ -12,6 +12,7 @@ from scipy import integrate
 
 import springpot as sp
 from springpot.fitting.spectral_density import response
+from springpot.problem.numbers import with_numbers
 
 G = 9.80665
 NAVMAT = (20.0, 80.0, 350.0, 2000.0)
@@ -216,6 +217,33 @@ def test_a_wrong_file(tmp_path: Path, text: str, sentence: str) -> None:
 def test_a_wrong_table(made: Any, sentence: str) -> None:
     with pytest.raises((TypeError, ValueError), match=sentence):
         made()
+
+
+def test_a_level_is_in_decibels_above_the_table(tmp_path: Path) -> None:
+    """As the axis `level` of a study: by every way to state a table, in files too."""
+    place = tmp_path / "profile.csv"
+    place.write_text("frequency_Hz,psd_g2/Hz\n20,0.01\n80,0.04\n", encoding="utf-8")
+    table: dict[str, Any] = {"frequency": (20, 80), "psd": (0.01, 0.04), "psd_unit": "g2/Hz"}
+    slopes: dict[str, Any] = {"frequency": (20, 80), "slopes": (3,), "psd": 0.01, "psd_unit": "g2/Hz", "at": 20}
+    kind = sp.SpectralExcitation
+    for found in (
+        kind.from_psd(**table, level=12), kind.from_slopes(**slopes, level=12), kind.from_file(place, level=12),
+        *(sp.read_system({"parts": [{"kind": "spring", "stiffness": 1.0},
+                                    {"kind": "spectral_excitation", "level": 12.0, **each}]}).parts[1]
+          for each in (table, slopes)),
+    ):  # fmt: skip
+        assert found.scale == pytest.approx(10.0**1.2, rel=1e-12)
+    system = sp.System(sp.Spring(1.0), shake=kind.from_psd(**table))
+    assert with_numbers(system, {"parts.shake.level": 12.0}).parts[1].scale == found.scale
+    assert kind.from_psd(**table, level=0.0) == kind.from_psd(**table)
+    for more, sentence in (
+        ({"level": 3.0, "scale": 2.0}, r"scale must be left out with level"),
+        ({"level": 400.0}, r"level must be in \[-300, 300\], not 400. It is in dB above the table"),
+        ({"level": sp.free("a", 3.0, (0.0, 6.0))}, "level must be a plain number here, .*: mark the scale instead"),
+    ):  # fmt: skip
+        for make in (lambda more: kind.from_psd(**table, **more), lambda more: kind.from_file(place, **more)):
+            with pytest.raises(ValueError, match=f"^{sentence}"):
+                make(more)
 
 
 def test_in_files_it_may_have_units() -> None:

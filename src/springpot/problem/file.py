@@ -89,19 +89,20 @@ _BY_DENSITY: tuple[tuple[Callable[..., object], str, str, str, dict[str, Any], s
         SpectralExcitation.from_slopes, "spectral_excitation", "slopes",
         "A noise by its break points, the slopes between them in dB per octave, and its density at a frequency.",
         {"frequency": _TABLE, "slopes": _TABLE, "psd": float, "psd_unit": DensityUnit, "at": float, "scale": float,
-         "on": str},
+         "level": float, "on": str},
         {"frequency", "slopes", "psd", "psd_unit", "at"},
     ),
     (
         SpectralExcitation.from_psd, "spectral_excitation", "psd_unit",
         "A noise by the points of its spectral density, or one number for all of them.",
-        {"frequency": _TABLE, "psd": float | _TABLE, **_UNIT, "frequency_unit": FrequencyUnit, "scale": float},
+        {"frequency": _TABLE, "psd": float | _TABLE, **_UNIT, "frequency_unit": FrequencyUnit, "scale": float,
+         "level": float},
         {"frequency", "psd", "psd_unit"},
     ),
     (
         SpectralExcitation.from_file, "spectral_excitation", "path",
         "A noise by the table of its spectral density in a file, beside the system's own.",
-        {"path": str, "tolerance": float, **_OF_FILE, "scale": float, "on": str}, {"path"},
+        {"path": str, "tolerance": float, **_OF_FILE, "scale": float, "level": float, "on": str}, {"path"},
     ),
     (
         RecordedExcitation.from_file, "recorded_excitation", "path", "Records in files, beside the system's own.",

@@ -642,8 +642,8 @@ class SpectralExcitation(Excitation):
     @classmethod
     def from_psd(
         cls, frequency: Sequence[float], psd: float | Sequence[float], psd_unit: DensityUnit, *,
-        frequency_unit: FrequencyUnit = "Hz", sides: Sides = 1, scale: float = 1.0, on: str = "",
-        envelope: Over = None,
+        frequency_unit: FrequencyUnit = "Hz", sides: Sides = 1, scale: float = 1.0, level: float | None = None,
+        on: str = "", envelope: Over = None,
     ) -> SpectralExcitation:  # fmt: skip
         """The noise of a table as test equipment and standards state it.
 
@@ -661,6 +661,8 @@ class SpectralExcitation(Excitation):
             1: the density is one-sided (positive frequencies only); 2: two-sided.
         scale : float
             Factor on the density.
+        level : float, optional
+            In place of ``scale``, in dB above the table: -3 for half of the density.
         on : str
             The mass on which the force acts, by its name, where there are several.
         envelope : JenningsHousnerEnvelope, ExponentialEnvelope or TabulatedEnvelope, optional
@@ -680,16 +682,21 @@ class SpectralExcitation(Excitation):
         >>> band = SpectralExcitation.from_psd((10, 2000), 0.02, "g2/Hz")
         >>> band.on, round(band.rms, 2)
         ('ground', 61.87)
+
+        The same test at -6 dB:
+
+        >>> round(SpectralExcitation.from_psd((10, 2000), 0.02, "g2/Hz", level=-6).rms, 2)
+        31.01
         """
         f = _positive(frequency, "frequency")
         values = (psd,) * len(f) if isinstance(without_axis(psd), Real) else psd
         size = one_sided_si(_positive(values, "psd"), psd_unit, sides)
-        return cls(in_hertz(f, frequency_unit), size, scale, driven(psd_unit, on), envelope=envelope)
+        return cls(in_hertz(f, frequency_unit), size, _scale_of(scale, level), driven(psd_unit, on), envelope=envelope)
 
     @classmethod
     def from_slopes(
         cls, frequency: Sequence[float], slopes: Sequence[float], psd: float, psd_unit: DensityUnit, *, at: float,
-        scale: float = 1.0, on: str = "",
+        scale: float = 1.0, level: float | None = None, on: str = "",
     ) -> SpectralExcitation:  # fmt: skip
         """The noise of a profile by its slopes between break points, as test standards write it.
 
@@ -705,7 +712,7 @@ class SpectralExcitation(Excitation):
             As of `from_psd`.
         at : float
             That frequency, in Hz.
-        scale, on
+        scale, level, on
             As of `from_psd`.
 
         Returns
@@ -723,18 +730,20 @@ class SpectralExcitation(Excitation):
         59.47
         """
         f, steep = _positive(frequency, "frequency"), numbers_in(slopes, "slopes", "It is in dB per octave.")
-        level = finite_number(psd, "psd", low=0.0, high=LARGEST, open_low=True, hint=_A_DENSITY)
+        density = finite_number(psd, "psd", low=0.0, high=LARGEST, open_low=True, hint=_A_DENSITY)
         for name, value in (("slopes", steep), ("at", at)):
             check_plain(value, name, "mark the scale instead")
         there = finite_number(at, "at", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")
         cls(f, f)  # they increase
-        return cls.from_psd(f, along_slopes(f, steep, level, there), psd_unit, scale=scale, on=on)
+        return cls.from_psd(
+            f, along_slopes(f, steep, density, there), psd_unit, scale=scale, level=level, on=on
+        )  # fmt: skip
 
     @classmethod
     def from_file(
         cls, path: str | Path, *, tolerance: float | None = None, unit: str = "",
         columns: Sequence[str] | Mapping[str, str] | None = None, decimal: Decimal = "", scale: float = 1.0,
-        on: str = "",
+        level: float | None = None, on: str = "",
     ) -> SpectralExcitation:  # fmt: skip
         """The noise of a table in a file, whose kind is found from the content.
 
@@ -755,7 +764,7 @@ class SpectralExcitation(Excitation):
             the file, of the columns that are wanted.
         decimal : {".", ","}, optional
             The decimal mark, where it cannot be told.
-        scale, on
+        scale, level, on
             As of `from_psd`.
 
         Returns
@@ -785,6 +794,7 @@ class SpectralExcitation(Excitation):
         from springpot.files.table import Stated
 
         place, stated = checked_path(path, "path"), Stated(unit, columns, None, decimal)
+        scale = _scale_of(scale, level)
         title = f"density file {str(place)!r}"
         frequency, psd, of_force, notes = densities_in(place, title, stated, tolerance)
         try:
@@ -913,6 +923,17 @@ def driven(unit: DensityUnit | RmsUnit, on: str, what: str = "a density") -> str
     if is_force and on == "ground":
         raise ValueError(f"on must be a mass with {what} in {unit}, which is that of a force.")
     return (on or "mass") if is_force else "ground"
+
+
+def _scale_of(scale: float, level: float | None) -> float:
+    """The factor on a density, given as it is or as a level in dB."""
+    if level is None:
+        return scale
+    check_plain(level, "level", "mark the scale instead")
+    if scale != 1.0:
+        raise ValueError("scale must be left out with level, which is the same in dB.")
+    decibels = finite_number(level, "level", low=-300.0, high=300.0, hint="It is in dB above the table.")
+    return float(10.0 ** (0.1 * decibels))
 
 
 def _positive(values: object, name: str) -> tuple[float, ...]:
