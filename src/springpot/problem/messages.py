@@ -290,6 +290,12 @@ MESSAGES: dict[str, Kind] = {
         "the probability may be larger than its error says, for there may be ways to the level that few of them found.",
         "Use a smaller rtol, or a longer max_time.",
     ),
+    "wide_interval": Kind(
+        _RARE,
+        "the 95 % interval of the probability of {name} above {level:g} {unit}, {low} to {high}, is {times:.1f} times "
+        "as wide as its standard error says, since a few repetitions make most of it: read the interval.",
+        "Read low and high; a smaller rtol brings both together.",
+    ),
     "rare_not_known": Kind(
         _RARE,
         "the probability of {name} above {level:g} {unit} is known to {reached} only, not to {rtol}: {reason}.",
@@ -297,7 +303,7 @@ MESSAGES: dict[str, Kind] = {
     ),
     "level_not_found": Kind(
         _RARE,
-        "no level of {name} was found that is exceeded with a probability of {probability:g}: {reason}.",
+        "no level of {name} was found that is exceeded {asked}: {reason}.",
         "Ask for the probability of a level instead, or give a larger max_time.",
     ),
     "level_not_reached": Kind(
