@@ -258,6 +258,12 @@ MESSAGES: dict[str, Kind] = {
         "because a rigid wall has no largest force.",
         "Take a Contact with the stiffness of the stop for peaks, cycles and damage: they depend on it.",
     ),
+    "peaks_between_steps": Kind(
+        _ACCURACY,
+        "{name} is taken at the steps, and a touch of {contact} lasts {steps:.2g} of them: its largest values may be "
+        "{lacking} too low; use at most {most:.2g} s. {contact}_peak_force has the largest forces between steps.",
+        "Use the step that the sentence names for peaks and levels; moments need no other step.",
+    ),
     "passage_mean_extrapolated": Kind(
         _ACCURACY, "{name}: {assumed}",
         "Use a longer run, or read the restricted mean and the survival curve.",
