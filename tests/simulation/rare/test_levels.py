@@ -199,3 +199,11 @@ def test_the_level_of_a_return_period() -> None:
         sp.exceedance(DASHED, return_period=1e4)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="duration must be"):
         sp.exceedance(DASHED, probability={"x": 1e-4})
+
+
+def test_the_command_takes_return_periods(capsys: pytest.CaptureFixture[str]) -> None:
+    words = "exceedance --coefficient 0.2 --no-barrier --intensity 0.2 --return-period x 3600 --rtol 0.5"
+    assert cli.main(words.split()) == 0
+    problem = sp.Oscillator(springpot=sp.Springpot(0.5, 0.2), barrier=None, excitation=sp.WhiteNoise(0.2))
+    found = sp.exceedance(problem, return_period={"x": [3600.0]}, rtol=0.5)
+    assert capsys.readouterr().out == f"{found.level['x']}\n{found['x']}\n"
