@@ -19,6 +19,7 @@ from springpot import cli
 from springpot.machine.progress import Clock
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.rare import search
+from springpot.simulation.rare.exceedance import hint_of
 from tests import kernels
 from tests.sizes import validation
 
@@ -440,6 +441,10 @@ def test_a_few_repetitions_that_make_most_of_it_widen_the_interval_and_are_said(
 def test_a_time_that_is_too_long_says_what_to_ask_for() -> None:
     with pytest.raises(TimeoutError, match=r"periods of the stationary state, duration=1.3e\+02, and take .within"):
         sp.exceedance(DASHED, {"x": 5.0}, duration=1e6, max_time=0.2)
+    said = hint_of(DASHED, {"x": 5.0}, "max_time= ends it earlier", duration=1e6)()
+    assert (
+        "; duration=1.3e+02 and .within(1e+06) of the curve take less time; springpot.theory.exceedance has x" in said
+    )
 
 
 @pytest.mark.parametrize(

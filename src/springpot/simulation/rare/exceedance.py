@@ -244,7 +244,8 @@ def exceedance(
         "memory_tolerance": memory_tolerance, "seed": seed, "threads": threads, "max_time": max_time, "save": save,
     }  # fmt: skip
     if progress is None:
-        hint = hint_of(system, levels or probability or return_period, "max_time= ends it earlier")
+        quantities, time = levels or probability or return_period, duration if levels else None
+        hint = hint_of(system, quantities, "max_time= ends it earlier", duration=time)
         with Bar("splitting paths", first="simulating", hint=hint) as bar:
             result = exceeded(system, levels, **given, progress=bar)
     else:
@@ -255,15 +256,20 @@ def exceedance(
 
 
 def hint_of(
-    system: System, quantities: Any, ends: str, theory: str = "springpot.theory.exceedance"
-) -> Callable[[], str]:
-    """What can be done where a call will take long: how it ends earlier, and whether theory has the same."""
+    system: System, quantities: Any, ends: str, theory: str = "springpot.theory.exceedance",
+    duration: float | None = None,
+) -> Callable[[], str]:  # fmt: skip
+    """What can be done where a call will take long: how it ends earlier, whether a shorter ``duration`` would do, and
+    whether theory has the same.
+    """
 
     def words() -> str:
         from springpot.theory.level_crossings import covers  # slow to import
 
-        names = [name for name in quantities if covers(system, name)]
-        return f"{ends}; {theory} has {listed(names)} at once, by formulas of the stationary state" if names else ends
+        names, said, window = [name for name in quantities if covers(system, name)], ends, window_of(motion_of(system))
+        if duration is not None and duration > LONG * window:
+            said += f"; duration={window:.2g} and .within({duration:g}) of the curve take less time"
+        return f"{said}; {theory} has {listed(names)} at once, by formulas of the stationary state" if names else said
 
     return words
 
