@@ -450,3 +450,39 @@ def test_intervals_hold(known: dict[str, Any]) -> None:
     assert held.min() >= 19
     mean, error = float(np.mean(found)), float(np.std(found, ddof=1)) / math.sqrt(len(found))
     assert abs(mean / known["probability"] - 1.0) < 3.0 * error / mean + 0.02
+
+
+DAMPED = sp.System(sp.Mass(1.0), sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", 0.1, cov=0.2)), sp.WhiteNoise(0.2))
+
+
+def test_a_longer_time_is_the_mean_over_devices_and_not_that_of_their_mean() -> None:
+    """The rates of devices by the envelope, averaged over the lognormal law of the damping."""
+    from scipy.special import ndtri
+
+    found = sp.exceedance_over_devices(DAMPED, {"x": 5.0}, duration=100.0, rtol=0.1)["x"]
+    spread = math.sqrt(math.log(1.04))
+    dampings = 0.1 * np.exp(spread * ndtri((np.arange(40) + 0.5) / 40) - 0.5 * spread**2)
+    systems = [sp.System(sp.Spring(1.0), sp.Dashpot(c), sp.WhiteNoise(0.2)) for c in dampings.tolist()]
+    rates = np.array([sp.theory.exceedance(each, {"x": 5.0})["x"].rate["envelope"] for each in systems])
+    for longer in (3600.0, 1e5):
+        exact, naive = float(-np.expm1(-rates * longer).mean()), -math.expm1(-rates.mean() * longer)
+        own = found.within(longer)
+        assert own.low < own.probability < own.high
+        assert abs(own.probability - exact) < 4.0 * own.error + 0.05 * exact
+    assert own.high < naive
+    assert found.within(100.0).probability == pytest.approx(found.probability[-1])
+
+
+def test_a_longer_time_needs_the_own_probabilities_and_a_stationary_start() -> None:
+    given: dict[str, Any] = {"step": 0.1, "rtol": 1.0, "duration": 20.0}
+    often = sp.exceedance_over_devices(DAMPED, {"x": 1.0}, **given)["x"]
+    with pytest.raises(ValueError, match=r"duration must be that of the paths, 20 s: the mean over devices of 1 - exp"):
+        often.within(3600.0)
+    rest = sp.exceedance_over_devices(DAMPED, {"x": 1.0}, **given, start="rest")["x"]
+    with pytest.raises(ValueError, match="their time does not begin in the stationary state"):
+        rest.within(3600.0)
+
+
+def test_a_time_that_is_too_long_says_what_to_ask_for() -> None:
+    with pytest.raises(TimeoutError, match=r"duration=1.3e\+02, and take .within\(1e\+06\) of the curve"):
+        sp.exceedance_over_devices(DAMPED, {"x": 5.0}, duration=1e6, max_time=0.2)

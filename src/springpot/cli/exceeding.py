@@ -31,6 +31,14 @@ _PROBABILITY = Parameter(
 )
 
 
+_RETURN_PERIOD = Parameter(
+    group=MONTE_CARLO,
+    negative="",
+    metavar="NAME SECONDS",
+    help="In place of levels: the level that is exceeded once in this time is found; can be repeated.",
+)
+
+
 def exceedance(
     file: SystemFile = None,
     /,
@@ -38,7 +46,8 @@ def exceedance(
     flags: Flags = STANDARD,
     levels: Annotated[list[tuple[str, float]] | None, _LEVELS] = None,
     probability: Annotated[list[tuple[str, float]] | None, _PROBABILITY] = None,
-    duration: Annotated[float, monte_carlo("The time, in s.")],
+    return_period: Annotated[list[tuple[str, float]] | None, _RETURN_PERIOD] = None,
+    duration: Annotated[float | None, monte_carlo("The time, in s; may be left out with return periods.")] = None,
     rtol: Annotated[float, monte_carlo("Standard error of each probability, relative to it.")] = 0.1,
     start: Annotated[
         Literal["stationary", "rest"] | None, monte_carlo("stationary where there is a stationary state, if not given.")
@@ -63,9 +72,9 @@ def exceedance(
         from springpot.problem.free_numbers import uncertain_numbers
         from springpot.simulation.rare.exceedance import exceeded, hint_of
 
-    asked, sought = (None if given is None else by_name(given) for given in (levels, probability))
+    asked, sought, often = (None if given is None else by_name(given) for given in (levels, probability, return_period))
     if uncertain_numbers(problem):
-        for name, word in ((sought, "probability"), (save, "save"), (plot, "plot")):
+        for name, word in ((sought, "probability"), (often, "return_period"), (save, "save"), (plot, "plot")):
             if name is not None:
                 raise ValueError(f"{word} cannot be given where numbers of the system are uncertain.")
         from springpot.scattering.exceedance import exceeded_by_devices
@@ -77,11 +86,11 @@ def exceedance(
             )  # fmt: skip
         warn(*over_devices.warnings)
         return tell(over_devices, json_)
-    hint = hint_of(problem, asked or sought or {}, "--max-time ends it earlier", "springpot theory --levels")
+    hint = hint_of(problem, asked or sought or often or {}, "--max-time ends it earlier", "springpot theory --levels")
     with Bar("splitting paths", first="simulating", hint=hint) as bar:
         found = exceeded(
-            problem, asked, probability=sought, duration=duration, rtol=rtol, start=start, step=step, seed=seed,
-            threads=threads, max_time=max_time, save=save, progress=bar,
+            problem, asked, probability=sought, return_period=often, duration=duration, rtol=rtol, start=start,
+            step=step, seed=seed, threads=threads, max_time=max_time, save=save, progress=bar,
         )  # fmt: skip
     warn(*found.warnings)
     if json_:

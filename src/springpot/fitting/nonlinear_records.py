@@ -174,6 +174,10 @@ class NonlinearRecordLikelihood(Likelihood):
             going = moves & ~((u <= low) & (slope < 0.0)) & ~((u >= high) & (slope > 0.0))
             if not going.any():
                 return u
+            _, expected, spread, _ = self._run(
+                own.outer(u)
+            )  # far from the maximum a few samples would make steps small
+            scores /= np.maximum(np.abs((self._values - expected) / spread), 1.0).reshape(-1, 1)
             information = scores.T @ scores
             information[np.diag_indices_from(information)] += 1e-12
             while damped < _MOST_DAMPED:

@@ -258,6 +258,12 @@ MESSAGES: dict[str, Kind] = {
         "because a rigid wall has no largest force.",
         "Take a Contact with the stiffness of the stop for peaks, cycles and damage: they depend on it.",
     ),
+    "peaks_between_steps": Kind(
+        _ACCURACY,
+        "{name} is taken at the steps, and a touch of {contact} lasts {steps:.2g} of them: its largest values may be "
+        "{lacking} too low; use at most {most:.2g} s. {contact}_peak_force has the largest forces between steps.",
+        "Use the step that the sentence names for peaks and levels; moments need no other step.",
+    ),
     "passage_mean_extrapolated": Kind(
         _ACCURACY, "{name}: {assumed}",
         "Use a longer run, or read the restricted mean and the survival curve.",
@@ -290,6 +296,12 @@ MESSAGES: dict[str, Kind] = {
         "the probability may be larger than its error says, for there may be ways to the level that few of them found.",
         "Use a smaller rtol, or a longer max_time.",
     ),
+    "wide_interval": Kind(
+        _RARE,
+        "the 95 % interval of the probability of {name} above {level:g} {unit}, {low} to {high}, is {times:.1f} times "
+        "as wide as its standard error says, since a few repetitions make most of it: read the interval.",
+        "Read low and high; a smaller rtol brings both together.",
+    ),
     "rare_not_known": Kind(
         _RARE,
         "the probability of {name} above {level:g} {unit} is known to {reached} only, not to {rtol}: {reason}.",
@@ -297,7 +309,7 @@ MESSAGES: dict[str, Kind] = {
     ),
     "level_not_found": Kind(
         _RARE,
-        "no level of {name} was found that is exceeded with a probability of {probability:g}: {reason}.",
+        "no level of {name} was found that is exceeded {asked}: {reason}.",
         "Ask for the probability of a level instead, or give a larger max_time.",
     ),
     "level_not_reached": Kind(

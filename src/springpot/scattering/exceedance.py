@@ -41,7 +41,7 @@ from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.options import Options, StartKind
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.rare.asked import asked_of
-from springpot.simulation.rare.exceedance import exceeded, settled, split_early, stated
+from springpot.simulation.rare.exceedance import exceeded, long_time, settled, split_early, stated
 from springpot.simulation.rare.search import ExceedanceCurve, unknown
 
 _FEW_DEVICES, _LARGEST_SHARE = 50, 0.25
@@ -157,7 +157,8 @@ def exceeded_by_devices(
         try:
             stage = asked.search(rtol, own_clock, told(n * share, 0.8 * share) or (lambda _: None))
         except OutOfTimeError:
-            raise TimeoutError("max_time is too short for any result: the first paths have not ended.") from None
+            short = "max_time is too short for any result: the first paths have not ended."
+            raise TimeoutError(short + long_time(plan.motion, settings["duration"])) from None
         try:
             alone = exceeded(
                 middle, {quantity.name: levels_of_it.tolist()}, rtol=max(rtol, 0.1),
@@ -227,6 +228,7 @@ def _limits(limits: object, names: Sequence[str]) -> dict[str, float]:
 def _curve(asked: AskedOfDevices, stage: Stage, alone: ExceedanceCurve, limit: float | None) -> DeviceExceedance:
     """All that is known from the repetitions."""
     lot, count = asked.lot, len(stage.found)
+    begin, stop = lot.plan.settings.window
     p, error, weights = stage.found.mean(axis=0), stage.error, stage.tally.weights
     wide = np.exp(one_sided(count, 0.975) * error / np.where(p > 0.0, p, 1.0))
     unseen = UPPER / (stage.paths * count)
@@ -243,7 +245,8 @@ def _curve(asked: AskedOfDevices, stage: Stage, alone: ExceedanceCurve, limit: f
         repetitions=count, paths=stage.paths, path_steps=stage.tally.path_steps, draws=stage.values,
         shares=last / (float(last.sum()) or 1.0), largest=float(ancestors.max()) / (float(ancestors.sum()) or 1.0),
         by_mean=by_mean, by_scatter=by_scatter, limit=limit, downwards=asked.quantity.has_sides and asked.sign < 0.0,
-        of_devices=own_probability(stage, lot, limit),
+        of_devices=own_probability(stage, lot, limit), duration=stop - begin,
+        stationary=lot.plan.settings.start == "stationary",
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.machine.arguments import text
+from springpot.machine.arguments import LARGEST, finite_number, text
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import with_error
 from springpot.machine.plain import plain
@@ -16,7 +16,7 @@ from springpot.problem.system import System
 from springpot.scattering.estimates import BELOW, Interval
 from springpot.scattering.own_probability import OwnProbability
 from springpot.simulation.plan.settings import Settings
-from springpot.simulation.rare.search import ExceedanceCurve
+from springpot.simulation.rare.search import ExceedanceCurve, ProbabilityWithin
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -55,6 +55,10 @@ class DeviceExceedance:
         Of a device's own probability.
     downwards : bool
         Whether a level is exceeded by what is below it.
+    duration : float
+        The time in s.
+    stationary : bool
+        Whether the time begins in the stationary state.
     """
 
     name: str
@@ -77,6 +81,63 @@ class DeviceExceedance:
     of_devices: OwnProbability | None
     limit: float | None
     downwards: bool
+    duration: float
+    stationary: bool
+
+    def within(self, duration: float) -> ProbabilityWithin:
+        """The probability over devices that the last level is exceeded within a longer time.
+
+        It is the mean of 1 - (1 - p)^n over the devices, with p the probability of each within the time of the paths
+        and n how often that goes into the longer time.  It is smaller than this of the mean of p, since devices that
+        exceed the level often do it once.
+
+        Parameters
+        ----------
+        duration : float
+            In s, at least that of the paths.
+
+        Returns
+        -------
+        ProbabilityWithin
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no such number, the time does not begin in the stationary state, or too few devices exceeded the
+            level for their own probabilities.
+
+        Notes
+        -----
+        It assumes that first exceedances of a device follow a Poisson process.  Paths that are beyond the level when
+        the time begins count in each part of the longer time: some too many where a part is not long against the
+        motion.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> device = sp.System(
+        ...     sp.Mass(1.0), sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", 0.1, cov=0.2)), sp.WhiteNoise(0.2)
+        ... )
+        >>> found = sp.exceedance_over_devices(device, {"x": 5.0}, duration=50.0, step=0.1, rtol=0.2)["x"]
+        >>> bool(found.probability[-1] < found.within(3600.0).probability < 72.0 * found.probability[-1])
+        True
+        """
+        time = finite_number(
+            duration, "duration", low=self.duration, high=LARGEST, hint="It is in s, at least that of the paths."
+        )
+        refused = f"duration must be that of the paths, {self.duration:g} s:"
+        if not (self.stationary and self.nominal.settles):
+            raise ValueError(f"{refused} their time does not begin in the stationary state.")
+        own = self.of_devices
+        if own is None:
+            raise ValueError(
+                f"{refused} the mean over devices of 1 - exp(-rate t) needs the rate of each device, and too few "
+                "devices exceeded the last level to tell these."
+            )
+        p, error, low, high = (float(each[-1]) for each in (self.probability, self.error, self.low, self.high))
+        times = own.times_within(time / self.duration)
+        found = p * times.value, times.value * error + p * times.error, low * times.low, min(high * times.high, 1.0)
+        return ProbabilityWithin(time, *map(np.asarray, found))
 
     @property
     def devices_seen(self) -> int:
@@ -90,7 +151,7 @@ class DeviceExceedance:
         for n, level in enumerate(self.levels.tolist()):
             p, error = float(self.probability[n]), float(self.error[n])
             yield f"{self.name} {than} {level:g} {self.unit}".strip()
-            yield f"  nominal device        {alone.said[n].split(',')[0]}"
+            yield f"  nominal device        {alone.said[n].split(', once')[0]}"
             if not p > 0.0:
                 yield f"  over devices          at most {self.high[n]:.2g}"
                 continue

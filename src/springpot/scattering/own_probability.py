@@ -38,6 +38,8 @@ class OwnProbability:
         First-order and total Sobol indices of its logarithm.
     above : Interval or None
         Share of the devices that have more than a limit.
+    logarithms : ndarray, shape (1 + repetitions, devices)
+        Of the probability of other devices: from all repetitions, and without each of them.
     """
 
     quantiles: dict[float, Interval]
@@ -45,6 +47,16 @@ class OwnProbability:
     alone: dict[str, Interval]
     together: dict[str, Interval]
     above: Interval | None
+    logarithms: Floats
+
+    def times_within(self, times: float) -> Interval:
+        """By which the mean probability grows where each device has so many times the time."""
+        with np.errstate(divide="ignore"):
+            own = -np.expm1(times * np.log1p(-np.exp(self.logarithms))).mean(axis=1)
+        logs = np.log(own / np.exp(self.logarithms).mean(axis=1))
+        found = jackknifed(float(logs[0]), logs[1:])
+        value, low, high = map(math.exp, (found.value, found.low, found.high))
+        return Interval(value, value * found.error, low, high)
 
 
 def own_probability(stage: Stage, lot: Lot, limit: float | None) -> OwnProbability | None:
@@ -94,5 +106,5 @@ def own_probability(stage: Stage, lot: Lot, limit: float | None) -> OwnProbabili
     return OwnProbability(
         quantiles={share: as_probability(below(share)) for share in _SHARES},
         tolerance=min(math.exp(top.value + one_sided(repetitions, 0.95) * top.error), 1.0),
-        alone=alone, together=together, above=above,
+        alone=alone, together=together, above=above, logarithms=np.array(lines),
     )  # fmt: skip

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from springpot.simulation.monte_carlo import simulate
     from springpot.simulation.rare.exceedance import Exceedance
     from springpot.simulation.rare.levels import ExceedanceLevel
-    from springpot.simulation.rare.search import ExceedanceCurve
+    from springpot.simulation.rare.search import ExceedanceCurve, ProbabilityWithin
     from springpot.simulation.result.load import load_run
     from springpot.simulation.result.results import Estimate, Run
     from springpot.simulation.watch.distributions import Distribution
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Bounded", "Budget", "Distribution", "Estimate", "Exceedance", "ExceedanceCurve", "ExceedanceLevel", "PassageRate",
-    "PassageTimes", "PassagesOfLevels", "Profile", "Run", "Spectrum", "load_run", "simulate",
+    "PassageTimes", "PassagesOfLevels", "ProbabilityWithin", "Profile", "Run", "Spectrum", "load_run", "simulate",
 ]  # fmt: skip
 _PLACES = {
     "simulation.error.budget": ("Budget",),
     "simulation.rare.exceedance": ("Exceedance",),
     "simulation.rare.levels": ("ExceedanceLevel",),
-    "simulation.rare.search": ("ExceedanceCurve",),
+    "simulation.rare.search": ("ExceedanceCurve", "ProbabilityWithin"),
     "simulation.result.load": ("load_run",),
     "simulation.result.results": ("Estimate", "Run"),
     "simulation.monte_carlo": ("simulate",),

@@ -28,6 +28,7 @@ from springpot.problem.system import System, owners_of
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import step_biases
+from springpot.simulation.lowering.felt import about_contacts
 from springpot.simulation.paths.simulation import Ensemble, Simulation, simulation_of
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.options import Derivative, Observable, Options, Progress, Scheme, StartKind, is_default
@@ -200,6 +201,7 @@ class Ready:
         errors |= unseen
         distributions, extremes = results.get("distributions", {}), results.get("extremes", {})
         biases = step_biases(plan.motion, plan.settings.step, values, distributions, extremes, PROBABILITIES)
+        in_peaks = extremes or results.get("first_passages")
         chosen = [*about_options(plan, self.planned.options), *self.planned.moved]
         names = {message.name for message in chosen}
         said = [doubt for doubt, cause in _SAID_BY.items() if cause in names]
@@ -216,6 +218,7 @@ class Ready:
             *about_damage(estimates),
             *about_forces(simulation, wanted.seen_in_full(plan.settings), values),
             *about_shocks(system, wanted.felt_names, values),
+            *about_contacts(plan.motion, plan.settings.step, wanted.felt_names if in_peaks else (), values),
             *(sentence for passage in results.get("first_passages", {}).values() for sentence in passage.warnings),
         )
         return Run(

@@ -6,6 +6,7 @@ import importlib
 import json
 import math
 import re
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from springpot import cli
 from springpot.machine.progress import Clock
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.rare import search
+from springpot.simulation.rare.exceedance import hint_of
 from tests import kernels
 from tests.sizes import validation
 
@@ -393,3 +395,69 @@ def test_the_command_prints_the_same(capsys: pytest.CaptureFixture[str]) -> None
     assert shown["method"] == "splitting"
     assert cli.main(["exceedance", "--levels", "y", "1", "--duration", "1"]) == 2
     assert "no quantity that can be asked" in capsys.readouterr().err
+
+
+DASHED = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
+
+
+def test_a_longer_time_follows_from_the_rate() -> None:
+    found = sp.exceedance(DASHED, {"x": [4.2, 4.8]}, duration=160.0, rtol=0.1)["x"]
+    hour = sp.theory.exceedance(DASHED, {"x": [4.2, 4.8]})["x"].probability(3600.0)["envelope"]
+    within = found.within(3600.0)
+    assert (np.abs(within.probability - hour) < 4.0 * within.error + 0.05 * hour).all()
+    assert ((within.low < within.probability) & (within.probability < within.high)).all()
+    assert found.within(160.0).probability == pytest.approx(found.probability)
+    with pytest.raises(ValueError, match="duration must be"):
+        found.within(100.0)
+
+
+def test_of_what_is_not_known_a_longer_time_has_a_bound() -> None:
+    with pytest.warns(sp.RareEventWarning, match="no path exceeded"):
+        curve = sp.exceedance(LIGHT, {"x": [0.01, 27.0]}, **SHORT, rtol=0.3)["x"]
+    within = curve.within(2000.0)
+    assert (within.probability[0], within.high[0]) == (1.0, 1.0)
+    assert within.probability[1] == within.low[1] == 0.0
+    assert 100.0 * curve.high[1] < within.high[1] < 300.0 * curve.high[1]
+
+
+def test_each_level_is_printed_with_its_intervals() -> None:
+    curve = sp.exceedance(LIGHT, {"x": 3.2}, **SHORT, rtol=0.3)["x"]
+    low, high = curve.return_interval
+    said = f"(95 %: {curve.low:.2g} to {curve.high:.2g}), once in {curve.return_period:.2g} s (95 %: {low:.2g} to "
+    assert said + f"{high:.2g})" in str(curve)
+
+
+def test_a_few_repetitions_that_make_most_of_it_widen_the_interval_and_are_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", sp.RareEventWarning)
+        sp.exceedance(LIGHT, {"x": 4.8}, **SHORT, rtol=0.2)
+    monkeypatch.setattr(importlib.import_module("springpot.simulation.rare.search"), "WIDE", 0.5)
+    with pytest.warns(sp.RareEventWarning, match=r"interval of the probability of x above 4.8 m, .* times as wide as"):
+        sp.exceedance(LIGHT, {"x": 4.8}, **SHORT, rtol=0.2)
+
+
+def test_a_time_that_is_too_long_says_what_to_ask_for() -> None:
+    with pytest.raises(TimeoutError, match=r"periods of the stationary state, duration=1.3e\+02, and take .within"):
+        sp.exceedance(DASHED, {"x": 5.0}, duration=1e6, max_time=0.2)
+    said = hint_of(DASHED, {"x": 5.0}, "max_time= ends it earlier", duration=1e6)()
+    assert (
+        "; duration=1.3e+02 and .within(1e+06) of the curve take less time; springpot.theory.exceedance has x" in said
+    )
+
+
+@pytest.mark.parametrize(
+    ("system", "name", "asks"),
+    [
+        (LIGHT, "x", "{'distance': 1}"), (LIGHT, "v", "{'speed': 1}"), (PAIR, "a_x", "{'a_distance': 1}"),
+        (PAIR, "a_b_elongation", "{'a_b_distance': 1}"),
+        (LIGHT, "spring_force", "{'peak': (lambda spring_force: abs(spring_force), 1)}"),
+    ],
+)  # fmt: skip
+def test_levels_on_both_sides_are_refused_with_what_has_both(system: sp.System, name: str, asks: str) -> None:
+    with pytest.raises(ValueError, match="must lie on one side of") as fault:
+        sp.exceedance(system, {name: [-1.0, 1.0]}, **SHORT)
+    assert str(fault.value).endswith(f"ask for both as {asks}.")
+    quantities = eval(asks)  # the advice itself
+    assert [*sp.exceedance(system, quantities, **SHORT, rtol=1.0).curves] == [*quantities]

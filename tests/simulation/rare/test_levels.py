@@ -87,7 +87,7 @@ def test_what_there_is_not_is_said() -> None:
     ):
         found = sp.exceedance(WALL, probability={"x below": 1e-3}, **SHORT, rtol=0.5)
     assert np.isnan(found.level["x"].level)
-    assert "no level of x was found for a probability of 0.001" in str(found)
+    assert "no level of x was found that is exceeded with a probability of 0.001 in 20 s" in str(found)
 
 
 def test_what_does_not_move_has_no_level() -> None:
@@ -106,8 +106,11 @@ def test_it_goes_on_from_what_was_saved(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ({}, "levels or probability must be given, and not both."),
-        ({"levels": {"x": 1.0}, "probability": {"x": 0.1}}, "levels or probability must be given, and not both."),
+        ({}, "levels, probability or return_period must be given, and only one of them."),
+        (
+            {"levels": {"x": 1.0}, "probability": {"x": 0.1}},
+            "levels, probability or return_period must be given, and only one of them.",
+        ),
         (
             {"probability": 1e-6},
             "probability must be a dict of names and probabilities, such as {'x': 1e-6}, not 1e-06.",
@@ -130,7 +133,7 @@ def test_bad_input_is_said_in_one_sentence(given: dict[str, Any], sentence: str)
 def curve(levels: Any, probability: Any, downwards: bool = False) -> ExceedanceCurve:
     levels, p = np.array(levels, float), np.array(probability, float)
     return ExceedanceCurve(
-        "x", "m", levels, p, 0.1 * p, p / 1.2, p * 1.2, p, p, "splitting", 32, 256, 0.5, 9.0, 1.0, 1.0,
+        "x", "m", levels, p, 0.1 * p, p / 1.2, p * 1.2, p, p, "splitting", 32, 256, 0.5, 9.0, 1.0, 1.0, 20.0,
         downwards=downwards,
     )  # fmt: skip
 
@@ -161,4 +164,46 @@ def test_the_command_prints_the_same(capsys: pytest.CaptureFixture[str]) -> None
     assert cli.main([*words.split(), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["level"]["x"]["level"] == found.level["x"].level.tolist()
     assert cli.main(["exceedance", "--duration", "1"]) == 2
-    assert "levels or probability must be given, and not both." in capsys.readouterr().err
+    assert "levels, probability or return_period must be given, and only one of them." in capsys.readouterr().err
+
+
+DASHED = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
+
+
+@pytest.mark.parametrize("probability", [1e-2, validation(0.5)])
+def test_of_a_long_time_the_paths_have_a_short_one(probability: float) -> None:
+    found = sp.exceedance(DASHED, probability={"x": probability}, duration=36000.0, rtol=0.1)
+    own, (begin, end) = found.level["x"], found.settings.window
+    assert (own.duration, end - begin) == (36000.0, pytest.approx(40.0 * math.pi))
+    formula = float(sp.theory.exceedance_level(DASHED, {"x": probability}, 36000.0)["x"].level["envelope"])
+    assert abs(own.level - formula) < 4.0 * own.error < 0.1
+    assert str(own).startswith("x > ")
+    assert f"with a probability of {probability:g} in 36000 s (95 %: " in str(own)
+    within = found["x"].within(36000.0)
+    assert ((within.low < within.probability) & (within.probability < within.high)).all()
+    assert within.probability.min() < probability < within.probability.max()
+
+
+def test_the_level_of_a_return_period() -> None:
+    found = sp.exceedance(DASHED, return_period={"x": [3600.0, 1e7]}, rtol=0.1)
+    own = found.level["x"]
+    periods = sp.theory.exceedance(DASHED, {"x": own.level})["x"].return_period["envelope"]
+    assert np.abs(np.log(periods / [3600.0, 1e7])).max() < 0.2
+    assert "once in 3600 s (95 %: " in str(own)
+    assert own.to_dict()["return_period"] == [3600.0, 1e7]
+    with pytest.raises(ValueError, match=r"return_period of x must be .*at least twice the time that shows the rate"):
+        sp.exceedance(DASHED, return_period={"x": 100.0})
+    with pytest.raises(ValueError, match="return_period must be of a motion with a stationary state"):
+        sp.exceedance(sp.System(sp.Spring(1.0), sp.WhiteNoise(0.2)), return_period={"x": 1e4})
+    with pytest.raises(TypeError, match="return_period must be a dict of names and times"):
+        sp.exceedance(DASHED, return_period=1e4)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="duration must be"):
+        sp.exceedance(DASHED, probability={"x": 1e-4})
+
+
+def test_the_command_takes_return_periods(capsys: pytest.CaptureFixture[str]) -> None:
+    words = "exceedance --coefficient 0.2 --no-barrier --intensity 0.2 --return-period x 3600 --rtol 0.5"
+    assert cli.main(words.split()) == 0
+    problem = sp.Oscillator(springpot=sp.Springpot(0.5, 0.2), barrier=None, excitation=sp.WhiteNoise(0.2))
+    found = sp.exceedance(problem, return_period={"x": [3600.0]}, rtol=0.5)
+    assert capsys.readouterr().out == f"{found.level['x']}\n{found['x']}\n"

@@ -33,6 +33,9 @@ from springpot.simulation.rare.saved import Saved, SavedFile
 from springpot.simulation.rare.search import ExceedanceCurve, search, unknown
 from springpot.theory.distributions import level_probabilities
 
+LONG = 10.0  # windows in a time from which on it is long against the motion
+WINDOW = 8.0  # relaxation times of a window that shows the rate, or if more:
+CYCLES = 20.0
 EARLY = 2.0  # relaxation times before the time that counts from which on paths of a stationary start are split
 SETTLED = 8.0  # and from which on they move: a tail feels what is left of the transient of x^2 many times over
 
@@ -108,7 +111,7 @@ class Exceedance:
 
     def __str__(self) -> str:
         begin, end = self.settings.window
-        lines = [f"in {end - begin:g} s:", *map(str, self.level.values()), *map(str, self.curves.values())]
+        lines = [*map(str, self.level.values()), f"in {end - begin:g} s:", *map(str, self.curves.values())]
         return "\n".join(lines)  # its warnings were raised
 
 
@@ -116,8 +119,9 @@ def exceedance(
     system: System,
     levels: Mapping[str, Any] | None = None,
     *,
-    duration: float,
+    duration: float | None = None,
     probability: Mapping[str, Any] | None = None,
+    return_period: Mapping[str, Any] | None = None,
     rtol: float = 0.1,
     start: StartKind | None = None,
     initial_position: float | None = None,
@@ -151,12 +155,19 @@ def exceedance(
         Any other name is that of a function of your own, with its levels: ``{"stress": (function, [1e6, 2e6])}``, whose
         arguments are those of an observable.
     duration : float
-        The time in s.
+        The time in s.  For a time that is long against the motion, such as an hour, ask for some periods of the
+        stationary state, and take ``found["x"].within(3600.0)``: it costs less.  May be left out with
+        ``return_period``.
     probability : dict
         In place of ``levels``: quantities and probabilities, one or many, each up to 0.5, such as ``{"x": 1e-6}``, or
         ``{"x below": 1e-6}`` for a level that is exceeded downwards; of a function ``{"stress": (function, 1e-6)}``.
         ``found.level["x"]`` has the levels with their errors and intervals, and ``found["x"]`` the probabilities of
-        levels close to them.
+        levels close to them.  Where the time is more than ten times as long as the motion needs to show its rate (8
+        relaxation times or 20 periods) and the start stationary, the paths have this shorter time, and the rate of
+        their first exceedances is taken to go on: as a Poisson process, which rare crossings are.
+    return_period : dict
+        In place of ``levels`` or ``probability``: quantities and return periods in s, one or many, such as
+        ``{"x": 3600.0}``.  ``found.level["x"]`` has the levels that are exceeded so often, by the same assumption.
     rtol : float
         Standard error of the probability at each level, relative to it, in [0.01, 1].
     start : {"stationary", "rest"}
@@ -228,12 +239,13 @@ def exceedance(
     True
     """
     given: dict[str, Any] = {
-        "duration": duration, "probability": probability, "rtol": rtol, "start": start,
+        "duration": duration, "probability": probability, "return_period": return_period, "rtol": rtol, "start": start,
         "initial_position": initial_position, "initial_velocity": initial_velocity, "step": step,
         "memory_tolerance": memory_tolerance, "seed": seed, "threads": threads, "max_time": max_time, "save": save,
     }  # fmt: skip
     if progress is None:
-        hint = hint_of(system, probability if levels is None else levels, "max_time= ends it earlier")
+        quantities, time = levels or probability or return_period, duration if levels else None
+        hint = hint_of(system, quantities, "max_time= ends it earlier", duration=time)
         with Bar("splitting paths", first="simulating", hint=hint) as bar:
             result = exceeded(system, levels, **given, progress=bar)
     else:
@@ -244,47 +256,89 @@ def exceedance(
 
 
 def hint_of(
-    system: System, quantities: Any, ends: str, theory: str = "springpot.theory.exceedance"
-) -> Callable[[], str]:
-    """What can be done where a call will take long: how it ends earlier, and whether theory has the same."""
+    system: System, quantities: Any, ends: str, theory: str = "springpot.theory.exceedance",
+    duration: float | None = None,
+) -> Callable[[], str]:  # fmt: skip
+    """What can be done where a call will take long: how it ends earlier, whether a shorter ``duration`` would do, and
+    whether theory has the same.
+    """
 
     def words() -> str:
         from springpot.theory.level_crossings import covers  # slow to import
 
-        names = [name for name in quantities if covers(system, name)]
-        return f"{ends}; {theory} has {listed(names)} at once, by formulas of the stationary state" if names else ends
+        names, said, window = [name for name in quantities if covers(system, name)], ends, window_of(motion_of(system))
+        if duration is not None and duration > LONG * window:
+            said += f"; duration={window:.2g} and .within({duration:g}) of the curve take less time"
+        return f"{said}; {theory} has {listed(names)} at once, by formulas of the stationary state" if names else said
 
     return words
 
 
 def stated(
-    system: System, levels: object, *, duration: float, probability: object = None, rtol: float = 0.1,
-    max_time: float | None = None, **given: Any,
+    system: System, levels: object, *, duration: float | None, probability: object = None,
+    return_period: object = None, rtol: float = 0.1, max_time: float | None = None, **given: Any,
 ) -> tuple[Plan, list[tuple[Quantity, Floats, float]]]:  # fmt: skip
-    """The plan of `exceedance`, and what is asked; raises its errors of arguments, before any work."""
+    """The plan of `exceedance`, and what is asked; raises its errors of arguments, before any work.
+
+    The plan has a shorter time where that shows the rate of what is asked.
+    """
     checked_system(system)
     finite_number(rtol, "rtol", low=0.01, high=1.0)
     if max_time is not None:
         finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
-    duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds.")
+    motion = motion_of(system)
+    window = window_of(motion)
+    if duration is None and return_period is not None:
+        time = window
+    else:
+        time = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds.")
     if given.get("start") is None:  # the time counts when the motion has settled
-        given["start"], _ = default_start(motion_of(system), given)
-    plan = plan_of(system, duration=duration, **given)
+        given["start"], _ = default_start(motion, given)
+    if return_period is not None and not motion.settles:
+        raise ValueError("return_period must be of a motion with a stationary state: without, no rate is constant.")
+    if probability is not None and given["start"] == "stationary" and time > LONG * window:
+        time = window
+    plan = plan_of(system, duration=time, **given)
     if not plan.motion.is_random:
         raise ValueError("system must have noise, a random phase or records at random: without, nothing is by chance.")
-    if (levels is None) == (probability is None):
-        raise TypeError("levels or probability must be given, and not both.")
-    return plan, _checked(plan, levels) if probability is None else _checked_probabilities(plan, probability)
+    if sum(each is not None for each in (levels, probability, return_period)) != 1:
+        raise TypeError("levels, probability or return_period must be given, and only one of them.")
+    if levels is not None:
+        return plan, _checked(plan, levels)
+    if probability is not None:
+        return plan, _checked_sought(plan, probability, "probability")
+    return plan, _checked_sought(plan, return_period, "return_period")
+
+
+def window_of(motion: Motion) -> float:
+    """A time in s that shows the rate of first exceedances, of a stationary motion; infinite without one."""
+    settled = motion.settled_after("stationary", WINDOW)
+    return max(settled, CYCLES * 2.0 * math.pi / motion.scales.frequency) if motion.settles else math.inf
+
+
+def long_time(motion: Motion, duration: float | None) -> str:
+    """What to ask for in place of a time that is long against the motion, as one more sentence; empty of others."""
+    window = window_of(motion)
+    if duration is None or not duration > LONG * window:
+        return ""
+    return (
+        f" A duration of {duration:g} s is long against the motion: ask for some periods of the stationary state, "
+        f"duration={window:.2g}, and take .within({duration:g}) of the curve."
+    )
 
 
 def exceeded(
     system: System, levels: object = None, *, probability: object = None, rtol: float = 0.1,
-    max_time: float | None = None, save: str | Path | None = None, progress: Progress | None = None,
+    return_period: object = None, duration: float | None = None, max_time: float | None = None,
+    save: str | Path | None = None, progress: Progress | None = None,
     watch: Callable[[ExceedanceCurve], None] | None = None, **settings: Any,
 ) -> Exceedance:  # fmt: skip
     """As `exceedance`, but its warnings are only in the result, and ``watch`` is called with curves as they grow."""
     check_called(progress, "progress")
-    plan, wanted = stated(system, levels, probability=probability, rtol=rtol, max_time=max_time, **settings)
+    plan, wanted = stated(
+        system, levels, duration=duration, probability=probability, return_period=return_period, rtol=rtol,
+        max_time=max_time, **settings,
+    )  # fmt: skip
     own_functions = [*system.with_functions, *(each.name for each, _, _ in wanted if each.kind == "own")]
     file = SavedFile(_checked_place(save, own_functions))
     clock = Clock(max_time)
@@ -302,8 +356,8 @@ def exceeded(
 
         stream = _STREAMS * number
         try:
-            if probability is not None:
-                sought = _sought(plan, quantity, given, sign)
+            if levels is None:
+                sought = _sought(plan, quantity, given, sign, None if probability is None else duration)
                 curves[quantity.name], level[quantity.name] = sought_curve(
                     simulation, plan, sought, rtol, own, told, stream, saved
                 )
@@ -312,9 +366,9 @@ def exceeded(
             asked = asked_of(plan, simulation.parts, quantity, given.ravel()[order], sign)
             arranged = _arranged(watch, np.argsort(order), given.shape)
             found = search(simulation, asked, rtol, own, told, stream, saved(asked.given), arranged)
-        except TimeoutError:
-            if not curves or probability is not None:
-                raise
+        except TimeoutError as error:
+            if not curves or levels is None:
+                raise TimeoutError(f"{error}{long_time(plan.motion, duration) if levels else ''}") from None
             found = unknown(asked)  # what is known of the others is kept
         curves[quantity.name] = found.arranged(np.argsort(order), given.shape)
     paths = sum(curve.repetitions * curve.paths for curve in curves.values())
@@ -367,8 +421,12 @@ def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Flo
     start = _start_of(plan, quantity)
     sides = {math.copysign(1.0, number - start) for number in numbers.ravel() if number != start}
     if len(sides) != 1 or (numbers == start).any():
-        of = "0" if quantity.kind == "force" else f"the start, {start:.3g}"
-        raise ValueError(f"levels of {name} must lie on one side of {of} {quantity.unit}: ask for both in two calls.")
+        of, size = "0" if quantity.kind == "force" else f"the start, {start:.3g}", float(np.abs(numbers).max())
+        asks = f"'peak': (lambda {name}: abs({name}), {size:g})"
+        if quantity.kind != "force":
+            begin = str(name).removesuffix("elongation").removesuffix(quantity.kind)
+            asks = f"'{begin}{'speed' if quantity.kind == 'v' else 'distance'}': {size:g}"
+        raise ValueError(f"levels of {name} must lie on one side of {of} {quantity.unit}: ask for both as {{{asks}}}.")
     if quantity.kind == "x" and not ((seen.low < numbers) & (numbers < seen.high)).all():
         raise ValueError(f"levels of {name} must lie between the walls, {seen.low:g} and {seen.high:g} m.")
     return quantity, numbers, sides.pop()
@@ -384,35 +442,47 @@ def _start_of(plan: Plan, quantity: Quantity) -> float:
     return x if quantity.kind == "x" else float(v)
 
 
-def _checked_probabilities(plan: Plan, probability: object) -> list[tuple[Quantity, Floats, float]]:
-    """The quantities with their probabilities, and the sign of the direction in which levels are exceeded."""
-    if not isinstance(probability, Mapping) or not probability:
-        raise TypeError(
-            f"probability must be a dict of names and probabilities, such as {{'x': 1e-6}}, not {shown(probability)}."
-        )
-    found = [_checked_probability(plan, name, given) for name, given in probability.items()]
+def _checked_sought(plan: Plan, asked: object, argument: str) -> list[tuple[Quantity, Floats, float]]:
+    """The quantities with their probabilities or return periods, and the sign of the direction in which levels are
+    exceeded.
+    """
+    if not isinstance(asked, Mapping) or not asked:
+        of = "probabilities, such as {'x': 1e-6}" if argument == "probability" else "times, such as {'x': 3600.0}"
+        raise TypeError(f"{argument} must be a dict of names and {of}, not {shown(asked)}.")
+    found = [_checked_level(plan, name, given, argument) for name, given in asked.items()]
     if len({quantity.name for quantity, _, _ in found}) < len(found):
-        raise ValueError("probability must have each quantity once: ask for both sides in two calls.")
+        raise ValueError(f"{argument} must have each quantity once: ask for both sides in two calls.")
     return found
 
 
-def _checked_probability(plan: Plan, name: object, given: Any) -> tuple[Quantity, Floats, float]:
+def _checked_level(plan: Plan, name: object, given: Any, argument: str) -> tuple[Quantity, Floats, float]:
     function, below = None, isinstance(name, str) and name.endswith(_BELOW)
     if isinstance(given, tuple) and len(given) == 2 and callable(given[0]):
         function, given = given
-    quantity = quantity_of(plan.motion, str(name).removesuffix(_BELOW) if below else name, function, "probability")
+    quantity = quantity_of(plan.motion, str(name).removesuffix(_BELOW) if below else name, function, argument)
     if below and not quantity.has_sides:
-        raise ValueError(f"probability has {name!r}, but {quantity.name} has no sides: leave out{_BELOW}.")
-    return quantity, level_probabilities(given, quantity.name), -1.0 if below else 1.0
+        raise ValueError(f"{argument} has {name!r}, but {quantity.name} has no sides: leave out{_BELOW}.")
+    if argument == "probability":
+        numbers = level_probabilities(given, quantity.name)
+    else:
+        word, least = f"return_period of {quantity.name}", 2.0 * plan.settings.duration
+        hint = "It is in seconds, at least twice the time that shows the rate."
+        numbers = finite_numbers(given, word, word, low=least, high=1e15 * least, hint=hint)
+    return quantity, numbers, -1.0 if below else 1.0
 
 
-def _sought(plan: Plan, quantity: Quantity, probability: Floats, sign: float) -> Sought:
+def _sought(plan: Plan, quantity: Quantity, given: Floats, sign: float, duration: float | None) -> Sought:
     """What the search for levels needs: where they begin, and how far a wall lets them be."""
     start, seen = _start_of(plan, quantity), quantity.seen
     end = {"x": seen.high if sign > 0.0 else -seen.low, "distance": max(seen.high, -seen.low)}.get(
         quantity.kind, math.inf
     )
-    return Sought(quantity, probability, sign, start, min(end - sign * start, LARGEST) * (1.0 - 1e-9))
+    begin, whole = plan.settings.window
+    window = whole - begin
+    if duration is not None and duration < 2.0 * window:  # the same, but for rounding
+        duration = window
+    farthest = min(end - sign * start, LARGEST) * (1.0 - 1e-9)
+    return Sought(quantity, given, duration, window, sign, start, farthest)
 
 
 def _checked_place(save: object, functions: list[str]) -> Path | None:

@@ -47,9 +47,14 @@ class ExceedanceLevel:
     ----------
     name, unit : str
     probability, level, error : ndarray
-        The level of each probability, and its standard error; NaN where it was not found.
+        The level of each probability, and its standard error; NaN where it was not found.  Of return periods the
+        probability is that within the time of the paths.
     low, high : ndarray
         Ends of the 95 % intervals of the levels.
+    duration : float
+        The time in s within which it is exceeded with this probability.
+    return_period : ndarray or None
+        The return periods in s, if these were asked.
     downwards : bool
         Whether a level is exceeded by what is below it.
     """
@@ -61,21 +66,31 @@ class ExceedanceLevel:
     error: Floats
     low: Floats
     high: Floats
+    duration: float
+    return_period: Floats | None = None
     downwards: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Its numbers; what is not finite is None."""
-        return plain({name: getattr(self, name) for name in ("probability", "level", "error", "low", "high")})
+        names = "probability", "level", "error", "low", "high", "duration", "return_period"
+        return plain({name: own for name in names if (own := getattr(self, name)) is not None})
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """How often each level is exceeded, in words."""
+        if self.return_period is not None:
+            return tuple(f"once in {each:g} s" for each in self.return_period.ravel())
+        return tuple(f"with a probability of {each:g} in {self.duration:g} s" for each in self.probability.ravel())
 
     def __str__(self) -> str:
-        columns = (self.probability, self.level, self.error, self.low, self.high)
-        return "\n".join(map(self._said, *map(np.ravel, columns)))
+        columns = (self.level, self.error, self.low, self.high)
+        return "\n".join(map(self._said, self.asked, *map(np.ravel, columns)))
 
-    def _said(self, p: float, level: float, error: float, low: float, high: float) -> str:
+    def _said(self, asked: str, level: float, error: float, low: float, high: float) -> str:
         if not math.isfinite(level):
-            return f"no level of {self.name} was found for a probability of {p:g}"
+            return f"no level of {self.name} was found that is exceeded {asked}"
         at = f"{self.name} {'<' if self.downwards else '>'} {with_error(level, error, self.unit).strip()}"
-        return f"{at} with a probability of {p:g} (95 %: {low:.4g} to {high:.4g})"
+        return f"{at} {asked} (95 %: {low:.4g} to {high:.4g})"
 
 
 def level_of(curve: ExceedanceCurve, probability: Floats) -> ExceedanceLevel:
@@ -96,7 +111,10 @@ def level_of(curve: ExceedanceCurve, probability: Floats) -> ExceedanceLevel:
         found = np.array([level, off, np.minimum(one, other), np.maximum(one, other)])
         found[:, ~np.isfinite(level)] = np.nan
     at, off, low, high = (each.reshape(np.shape(probability)) for each in found)
-    return ExceedanceLevel(curve.name, curve.unit, np.asarray(probability, float), at, off, low, high, curve.downwards)
+    return ExceedanceLevel(
+        curve.name, curve.unit, np.asarray(probability, float), at, off, low, high, curve.duration,
+        downwards=curve.downwards,
+    )  # fmt: skip
 
 
 def _inverse(levels: Floats, logs: Floats, target: Floats) -> Floats:
@@ -117,16 +135,46 @@ class Sought:
     Attributes
     ----------
     quantity : Quantity
-    probability : ndarray
+    given : ndarray
+        The probabilities, or the return periods in s.
+    duration : float or None
+        The time in s within which the levels are exceeded with these probabilities; None of return periods.
+    window : float
+        That of the paths.
     sign, start, farthest : float
         Levels lie on this side of the start, and at most so far from it.
     """
 
     quantity: Quantity
-    probability: Floats
+    given: Floats
+    duration: float | None
+    window: float
     sign: float
     start: float
     farthest: float
+
+    @property
+    def probability(self) -> Floats:
+        """Within the time of the paths: of a longer time by the rate."""
+        if self.duration is None:
+            return np.asarray(-np.expm1(-self.window / self.given))
+        if self.duration == self.window:
+            return self.given
+        return np.asarray(-np.expm1(np.log1p(-self.given) * self.window / self.duration))
+
+    def found_in(self, curve: ExceedanceCurve) -> ExceedanceLevel:
+        """The levels, from a curve close to them."""
+        if self.duration is None:
+            low, high = (self.window / each for each in curve.return_interval[::-1])
+            rates = self.window * curve.rate, self.window * curve.rate_error
+            own = replace(curve, probability=rates[0], error=rates[1], low=low, high=high)
+            found = level_of(own, self.window / self.given)
+            return replace(found, probability=self.probability, return_period=self.given)
+        if self.duration == self.window:
+            return level_of(curve, self.given)
+        later = curve.within(self.duration)
+        own = replace(curve, probability=later.probability, error=later.error, low=later.low, high=later.high)
+        return replace(level_of(own, self.given), duration=self.duration)
 
     @property
     def power(self) -> float:
@@ -189,11 +237,10 @@ def sought_curve(
         wide, number = max(WIDE, ERRORS * rtol), STREAMS - 1
         logs = (np.log(np.ravel(sought.probability))[:, None] - wide * NEAR).ravel()
         found = curve(law.distance(np.minimum(logs, -1e-3)), rtol, 0.5, 1.0)
-    level = level_of(found, sought.probability)
+    level = sought.found_in(found)
     if not np.isfinite(level.level).all():
-        missing = float(np.ravel(level.probability)[~np.isfinite(np.ravel(level.level))].min())
-        reason = reason or _OVER
-        doubt = say("level_not_found", name=found.name, probability=missing, reason=reason)
+        lost = np.where(np.isfinite(level.level), math.inf, level.probability).argmin()
+        doubt = say("level_not_found", name=found.name, asked=level.asked[lost], reason=reason or _OVER)
         found = replace(found, warnings=(*found.warnings, doubt))
     return found, level
 

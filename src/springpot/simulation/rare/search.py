@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import per_cent, with_error
 from springpot.machine.plain import plain
 from springpot.machine.progress import COMPILATION, Clock, Estimate, FractionDone, OutOfTimeError
 from springpot.problem.felt import about_shocks
 from springpot.problem.messages import Message, say
+from springpot.simulation.lowering.felt import about_contacts
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, UPPER, spread_by_logarithms
 from springpot.simulation.rare.asked import Asked
@@ -32,6 +34,7 @@ EVEN, UNEVEN = 0.4, 0.7  # standard deviation of the repetitions over their mean
 DOUBTFUL = 1.0  # the same above which their spread says little, or the largest share of one of them in their sum:
 LARGEST_SHARE = 0.3
 MOST_SKEW = 2.0  # by which the spread of the logarithms may widen an interval: 1.0 to 1.4 at 1e-7
+WIDE = 2.0  # times two errors: an interval of the logarithm that is said
 MOST_OF_A_RATE = 0.5  # share of one repetition in a rate from which on it is not known
 PATHS_AT_ONCE = 65536
 MOST_UNSEEN = 1_000_000  # plain paths without the event
@@ -45,6 +48,27 @@ MEASURED = 1e8
 _TOO_SHORT = f"max_time is too short for any result: the first paths have not ended. {COMPILATION}"
 UNSETTLED = "not known: the motion has no stationary state"
 _ROUNDING = 1e-12  # of a probability of 1, which splitting has as a sum of shares
+
+
+@dataclass(frozen=True, eq=False)
+class ProbabilityWithin:
+    """Probabilities that levels are exceeded within a time that is longer than that of the paths.
+
+    Attributes
+    ----------
+    duration : float
+        In s.
+    probability, error : ndarray
+        Of each level, and its standard error; NaN where the rate is not known.
+    low, high : ndarray
+        Ends of the 95 % intervals.
+    """
+
+    duration: float
+    probability: Floats
+    error: Floats
+    low: Floats
+    high: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +99,8 @@ class ExceedanceCurve:
         Standard deviation of the repetitions over their mean, at the rarest level.
     iterations, path_steps, seconds : float
         Of a repetition, on average; steps of all paths, and the time that they took.
+    duration : float
+        The time in s.
     settles : bool
         Whether the motion has a stationary state; without one exceedances have no rate.
     downwards : bool
@@ -98,6 +124,7 @@ class ExceedanceCurve:
     iterations: float
     path_steps: float
     seconds: float
+    duration: float
     settles: bool = True
     downwards: bool = False
     warnings: tuple[Message, ...] = ()
@@ -117,13 +144,68 @@ class ExceedanceCurve:
         factor = np.exp(np.where(self.error > 0.0, wide, NORMAL) * self.rate_error / self.rate)
         return self.return_period / factor, self.return_period * factor
 
+    def within(self, duration: float) -> ProbabilityWithin:
+        """Probabilities that the levels are exceeded within a longer time, from the rate: 1 - (1 - p) e^(-rate t).
+
+        Here p is the probability within the time of the paths, and t what comes after it.
+
+        Parameters
+        ----------
+        duration : float
+            In s, at least that of the paths.
+
+        Returns
+        -------
+        ProbabilityWithin
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no such number, or the motion has no stationary state.
+
+        Notes
+        -----
+        It assumes that the rate stays that of the second half of the paths' time: that a motion which has not exceeded
+        the level for so long has forgotten its start.  First exceedances then follow a Poisson process, as in
+        `springpot.theory.exceedance`.  Rare levels have it when the time of the paths is some relaxation times long.
+        Of a level that no path exceeded the interval begins at 0, and ends with the bound of its rate.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> device = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
+        >>> hour = sp.exceedance(device, {"x": 4.8}, duration=40.0, rtol=0.2)["x"].within(3600.0)
+        >>> formula = sp.theory.exceedance(device, {"x": 4.8})["x"].probability(3600.0)["envelope"]
+        >>> bool(hour.low < formula < hour.high)
+        True
+        """
+        time = finite_number(
+            duration, "duration", low=self.duration, high=LARGEST, hint="It is in s, at least that of the paths."
+        )
+        if not self.settles:
+            raise ValueError("duration must be that of the paths: the motion has no stationary state, so no rate.")
+        later, all_did = time - self.duration, self.probability > 1.0 - _ROUNDING
+        seen, known = self.probability > 0.0, np.isfinite(self.rate)
+        rate = np.where(seen, np.where(all_did, 0.0, self.rate), 0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):  # a rate is at most that of all in the second half
+            most = -2.0 / self.duration * np.log1p(-self.high)
+            shortest, longest = self.return_interval
+            begin, end = np.where(known, 1.0 / longest, 0.0), np.where(known, 1.0 / shortest, most)
+            left = (1.0 - self.probability) * np.exp(-rate * later)
+            low, high = (1.0 - (1.0 - p) * np.exp(-each * later)
+                         for p, each in ((self.low, begin), (self.high, end)))  # fmt: skip
+            relative = self.error / (1.0 - self.probability) + np.where(seen, self.rate_error, 0.0) * later
+            error = np.where(all_did, self.error, left * relative)
+        return ProbabilityWithin(time, 1.0 - left, error, low, np.where(self.high < 1.0, high, 1.0))
+
     @property
     def said(self) -> tuple[str, ...]:
-        """Of each level its probability, or the bound, and the return period, in words."""
-        found, columns = [], (self.probability, self.error, self.high, self.return_period)
-        for p, error, high, again in zip(*map(np.ravel, columns), strict=True):
-            often = f", once in {again:.2g} s" if math.isfinite(again) else ""
-            found.append((with_error(p, error) if p > 0.0 else f"at most {high:.2g}") + often)
+        """Of each level its probability, or the bound, and the return period, with their intervals, in words."""
+        found, columns = [], (self.probability, self.error, self.low, self.high, self.return_period)
+        for p, error, low, high, again, *ends in zip(*map(np.ravel, (*columns, *self.return_interval)), strict=True):
+            often = f", once in {again:.2g} s (95 %: {ends[0]:.2g} to {ends[1]:.2g})" if math.isfinite(again) else ""
+            own = f"{with_error(p, error)} (95 %: {low:.2g} to {high:.2g})" if p > 0.0 else f"at most {high:.2g}"
+            found.append(own + often)
         return tuple(found)
 
     def to_dict(self) -> dict[str, Any]:
@@ -419,9 +501,10 @@ class _Repetitions:
             iterations=float(np.concatenate([tally.iterations for tally in self.tallies]).mean()),
             path_steps=self.path_steps,
             seconds=seconds,
+            duration=self.asked.duration,
             settles=self.simulation.motion.settles,
             downwards=self.asked.downwards,
-            warnings=tuple(self._doubts(p, error, high, reason)),
+            warnings=tuple(self._doubts(p, error, low, high, reason)),
         )  # fmt: skip
 
     def _bound(self) -> float:
@@ -430,9 +513,11 @@ class _Repetitions:
         own = float(weights.mean() + 2.0 * _error(weights)) if self.splits else UPPER / (self.paths * len(weights))
         return min(self.most, own) if not self.last.any() else 1.0
 
-    def _doubts(self, p: Floats, error: Floats, high: Floats, reason: str) -> list[Message]:
+    def _doubts(self, p: Floats, error: Floats, low: Floats, high: Floats, reason: str) -> list[Message]:
         rtol, of = self.rtol, {"name": self.asked.name, "unit": self.asked.unit}
-        said = about_shocks(self.simulation.motion.system, [self.asked.name], {})
+        motion, seen = self.simulation.motion, {k for each in self.asked.observers for k in each.seen.feels}
+        said = about_shocks(motion.system, [self.asked.name], {})
+        said += about_contacts(motion, self.simulation.settings.step, [[*motion.felt][k] for k in sorted(seen)], {})
         if not p.all():
             n = int(np.argmin(p))
             said.append(say("level_not_reached", **of, level=self.asked.given[n], most=high[n]))
@@ -440,6 +525,12 @@ class _Repetitions:
             n = int(np.argmax(error / np.where(p > 0.0, p, math.inf)))
             known = {"reached": per_cent(error[n] / p[n]), "rtol": per_cent(rtol), "reason": reason}
             said.append(say("rare_not_known", **of, level=self.asked.given[n], **known))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            wide = np.nan_to_num(np.log(p / low) / (NORMAL * error / p), posinf=0.0)
+        if self.splits and wide.max() > WIDE:
+            n = int(np.argmax(wide))
+            ends = {"low": f"{low[n]:.2g}", "high": f"{high[n]:.2g}"}
+            said.append(say("wide_interval", **of, level=self.asked.given[n], times=wide[n], **ends))
         if self.splits and p.any():
             spread, largest = _spread(self.rarest), float(self.rarest.max() / self.rarest.sum())
             if spread > DOUBTFUL or largest > LARGEST_SHARE:
@@ -454,6 +545,7 @@ def unknown(asked: Asked) -> ExceedanceCurve:
     return ExceedanceCurve(
         asked.name, asked.unit, asked.given, none, none, np.zeros_like(none), np.ones_like(none), none, none,
         method="plain", repetitions=0, paths=0, spread=math.inf, iterations=0.0, path_steps=0.0, seconds=0.0,
+        duration=asked.duration,
         warnings=(said,),
     )  # fmt: skip
 
