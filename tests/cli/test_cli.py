@@ -516,7 +516,7 @@ def test_doctor_fails_when_its_check_does(
     assert cli.main(["doctor", "--json"]) == (0 if passed else 1)
     findings = json.loads(capsys.readouterr().out)
     assert findings["versions"]["springpot"] == springpot.__version__
-    assert set(findings["extras"]) == {"files", "plots", "studies", "cluster", "page", "uff"}
+    assert set(findings["extras"]) == {"files", "plots", "studies", "cluster", "page", "uff", "op4"}
     assert set(findings) == {"versions", "extras", "processor", "threads", "compiled_code", "cache", "self_check"}
 
 

@@ -153,13 +153,19 @@ class NonlinearRecordLikelihood(Likelihood):
         return found
 
     def solve(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
-        """By Levenberg's steps with the information of the scores, twice: the second time with its own substeps."""
+        """By Levenberg's steps with the information of the scores, twice: the second time with its own substeps.
+
+        Where x was not measured the noise of the sensor is held at first: a small one makes the likelihood rough far
+        from its maximum.
+        """
         u = np.clip(begin, self.coordinates.low, self.coordinates.high)
         if moves.any():
-            for _ in range(1 if self._settled else 2):
+            held = moves & (np.array(self.coordinates.names) != NOISE)
+            first = [moves, moves] if self._seen == 0 else [held, moves, moves]
+            for these in [moves] if self._settled else first:
                 if not self._settled:
                     self._prepare(self.coordinates.outer(u))
-                u = self._climbed(u, moves)
+                u = self._climbed(u, these)
             self._settled = True
         return u
 
