@@ -462,8 +462,7 @@ class Fit:
         if isinstance(points, bool) or not isinstance(points, int) or points < 5:
             raise ValueError(f"points must be a whole number, at least 5, not {shown(points)}.")
         likelihood, best, own = self._likelihood, self._best, self._likelihood.coordinates
-        # with all numbers free: beside one that is held at a bound the others are known less well than its errors say
-        variance = float(likelihood.covariance(self._theta, np.ones(best.u.size, bool))[place, place])
+        variance = float(self._variances[place])
         reach = 4.0 * math.sqrt(variance) if 0.0 < variance < math.inf else math.inf
         free = max(self.degrees_of_freedom, 1)
         level = float(stats.chi2.ppf(0.95, 1) if likelihood.known else stats.t.ppf(0.975, free) ** 2)
@@ -668,6 +667,11 @@ class Fit:
             },
             {"deviance": self.deviance, "bic": self.bic, "aicc": self.aicc, "warnings": [*self.warnings]},
         )
+
+    @cached_property
+    def _variances(self) -> Floats:
+        """Of the coordinates, all of them free: beside a number held at a bound they are larger than `errors` say."""
+        return np.diag(self._likelihood.covariance(self._theta, np.ones(self._best.u.size, bool)))
 
     @property
     def _theta(self) -> Floats:
