@@ -92,8 +92,8 @@ def test_a_table_and_its_paths_are_named(tmp_path: Path, capsys: pytest.CaptureF
             ["simulate", "--rtol", "0.1", "--quantities", "impactrate"],
             "--quantities must be among x_mean, x_mean_square, v_mean_square, amplitude_mean_square, impact_rate, "
             "impact_speed_mean, impact_speed_mean_square, damping_power, input_power, barrier_power, "
-            "barrier_force_mean, barrier_impact_rate, barrier_impact_speed_mean, not impactrate; did you mean "
-            "impact_rate?",
+            "barrier_force_mean, barrier_impact_rate, barrier_impact_speed_mean, spring_force_mean_square, "
+            "springpot_force_mean_square, force_on_ground_mean_square, not impactrate; did you mean impact_rate?",
         ),
     ],
 )

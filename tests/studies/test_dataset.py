@@ -223,6 +223,13 @@ def test_forces_are_results_of_a_study(tmp_path: Path) -> None:
         sp.study({**study, "monte_carlo": {**study["monte_carlo"], "forces": ["mount"]}}, tmp_path / "other.zarr")
     with pytest.raises(ValueError, match="rtol chooses all settings, so forces cannot be given with it"):
         sp.study({**study, "monte_carlo": {"rtol": 0.1, "forces": ["mount_force"]}}, tmp_path / "other.zarr")
+    study |= {"quantities": ["x_mean_square", "acceleration_mean_square"], "monte_carlo": {"rtol": 0.05}}
+    sp.study(study, tmp_path / "controlled.zarr", threads=1)
+    tree = sp.open_study(tmp_path / "controlled.zarr")
+    runs, theory = tree["simulation"].to_dataset(), tree["theory"].to_dataset().sel(theory="linear")
+    apart = np.abs(runs["acceleration_mean_square"] - theory["acceleration_mean_square"]).values
+    assert np.all(apart < runs["acceleration_mean_square_error"].values)
+    assert "mount_force_mean_square" not in runs
 
 
 def test_damage_is_a_result_of_a_study(tmp_path: Path) -> None:

@@ -7,12 +7,13 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from springpot.designing.progress import DesignProgress
-from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, squares_felt, theory_values
+from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, theory_values
 from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, trust
 from springpot.machine.arrays import Floats
+from springpot.problem.felt import squares_felt
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
 from springpot.simulation.plan.plan import check_stationary, plan_of

@@ -10,7 +10,7 @@ import numpy as np
 from springpot.designing.approximation import approximated, places_of
 from springpot.designing.numbers import units_of_free
 from springpot.designing.progress import DesignProgress
-from springpot.designing.quantities import MONTE_CARLO, squares_felt
+from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.results import Design, Round, in_words
 from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, by_monte_carlo, rounds
 from springpot.designing.search import Approximation
@@ -152,7 +152,7 @@ def design(
         work.say()
         allowed = (
             names_over_devices(system, [*(limit.name for limit in limits), minimize, maximize]) if scatters
-            else [*controllable(motion_of(system)), *squares_felt(system)]
+            else controllable(motion_of(system))
         )  # fmt: skip
         check_names(limits, allowed)
         cost = checked_cost(minimize, maximize, free, allowed)

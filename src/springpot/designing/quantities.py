@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from springpot.evidence.recommendation import recommended
 from springpot.machine.faults import known_word
-from springpot.problem.felt import felt_in
+from springpot.problem.felt import squares_felt
 from springpot.problem.system import System
 from springpot.theory import NotCoveredError, solve_all, solve_one
 from springpot.theory.methods.systems.linear import LinearResponse
@@ -17,19 +17,6 @@ from springpot.theory.registry import METHODS
 Answer = TypeVar("Answer")
 
 MONTE_CARLO = "monte_carlo"
-
-
-def squares_felt(system: System) -> dict[str, str]:
-    """Mean squares that a run can have with ``forces``: the names of the forces and accelerations by theirs.
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import Dashpot, Mass, Spring, WhiteNoise
-    >>> system = System(Mass(2.0), Spring(8.0), mount=Dashpot(1.0), shaking=WhiteNoise(1.0, on="ground"))
-    >>> squares_felt(system)["mount_force_mean_square"]
-    'mount_force'
-    """
-    return {f"{name}_mean_square": name for name, felt in felt_in(system).items() if not felt.reason}
 
 
 def theory_values(system: System, method: str, felt: Collection[str] = ()) -> tuple[dict[str, float], str]:

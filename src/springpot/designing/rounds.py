@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from statistics import NormalDist
 from typing import Any
@@ -13,7 +13,6 @@ import numpy as np
 
 from springpot.designing.pooling import Pooled, RoundValue, pooled
 from springpot.designing.progress import DesignProgress
-from springpot.designing.quantities import squares_felt
 from springpot.designing.results import Promise, Round
 from springpot.designing.search import CLOSE, Approximation, Found, search
 from springpot.designing.statement import Limit
@@ -23,7 +22,6 @@ from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
 from springpot.simulation.monte_carlo import simulated
-from springpot.simulation.result.results import Run
 
 MOST_ROUNDS = 6
 SPARE = 0.15  # errors beyond those that the wanted probability needs
@@ -291,25 +289,6 @@ def _finer(task: DesignTask, above: float, errors: dict[str, float], latest: dic
     return min((needed * error / latest[name].error for name, error in errors.items()), default=1.0)
 
 
-def _of_forces(
-    system: System, result: Run, forces: Sequence[str], u: Floats, theory: Mapping[str, float]
-) -> dict[str, RoundValue]:
-    """Mean squares of forces, which runs with ``rtol`` do not see: by one of the same length and step.
-
-    What the step leaves is taken to be that of the most uncertain of the results that were controlled.
-    """
-    own, budgets = result.settings, [(each.value, each.budget) for each in result.estimates.values() if each.budget]
-    off = max(math.hypot(b.step_bias, b.memory_bias, b.transient) / abs(value) for value, b in budgets)
-    again = simulated(
-        system, paths=own.paths, duration=own.duration, step=own.step, window=own.window, start=own.start,
-        seed=own.seed, threads=own.threads, forces=forces,
-    )  # fmt: skip
-    return {
-        name: RoundValue(u, theory.get(name, math.nan), each.value, each.error, off * each.value / math.sqrt(3.0))
-        for name, each in ((f"{of}_mean_square", again[f"{of}_mean_square"]) for of in forces)
-    }
-
-
 def by_monte_carlo(
     system: System,
     approximation: Approximation,
@@ -323,9 +302,7 @@ def by_monte_carlo(
 
     def measure(found: Found, rtol: float, number: int) -> Simulated:
         work.round(number, 0.0)
-        felt = squares_felt(system)
-        seen = [name for name in controlled if name not in felt]
-        wanted: dict[str, Any] = {"quantities": seen} if seen else {}
+        wanted: dict[str, Any] = {"quantities": controlled} if controlled else {}
         try:
             result = simulated(
                 with_values(system, found.values),
@@ -336,8 +313,6 @@ def by_monte_carlo(
             raise OutOfTimeError from None
         theory = approximation.at(found.u)
         measured = dict[str, RoundValue]()
-        if forces := [felt[name] for name in controlled if name in felt]:
-            measured |= _of_forces(with_values(system, found.values), result, forces, found.u, theory)
         for name, own in result.estimates.items():
             if name not in theory and name not in controlled:
                 continue

@@ -11,12 +11,13 @@ import numpy as np
 
 from springpot.designing.differences import Stencil, extrapolated, stencil
 from springpot.designing.numbers import Numbers, moved_numbers
-from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, squares_felt, theory_values
+from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, theory_values
 from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity
 from springpot.machine.arguments import check_called, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word, shown
+from springpot.problem.felt import squares_felt
 from springpot.problem.system import System, checked_system
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import standard_error

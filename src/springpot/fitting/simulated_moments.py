@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from springpot.designing.quantities import squares_felt
 from springpot.designing.samples import SampledRun, sampled_run
 from springpot.fitting.statistics import QUANTILE, MeasuredStatistics
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, meant
+from springpot.problem.felt import squares_felt
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
 from springpot.simulation.estimate.stationary_start import adapt

@@ -289,7 +289,7 @@ def _felt(
     # the mean force of a stop is in every run, and ``rtol`` controls its error
     mean: dict[str, Any] = {**given, "of": lambda part: has(part) and not (of_part and _is_soft(part))}
     yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=of_part, **mean)
-    yield Quantity(f"{name}_mean_square", square, f"mean square {said}", when=asked, controlled=False, **given)
+    yield Quantity(f"{name}_mean_square", square, f"mean square {said}", when=asked, **given)
     others = (
         ("density", unit_times("1", unit, -1), "probability density of the", "distributions", (f"{name}_bin",)),
         ("quantile", unit, "quantiles of the", "distributions", ("probability",)),

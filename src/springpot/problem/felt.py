@@ -122,6 +122,19 @@ def felt_in(system: System) -> dict[str, Felt]:
     return found
 
 
+def squares_felt(system: System) -> dict[str, str]:
+    """Mean squares of forces and accelerations that a run can have: the names of these by theirs.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Dashpot, Mass, Spring, WhiteNoise
+    >>> system = System(Mass(2.0), Spring(8.0), mount=Dashpot(1.0), shaking=WhiteNoise(1.0, on="ground"))
+    >>> squares_felt(system)["mount_force_mean_square"]
+    'mount_force'
+    """
+    return {f"{name}_mean_square": name for name, felt in felt_in(system).items() if not felt.reason}
+
+
 def about_shocks(system: System, names: Iterable[str], values: Mapping[str, float]) -> list[Message]:
     """Of accelerations, and of the force on the ground, whose values are those between the impacts on rigid walls.
 

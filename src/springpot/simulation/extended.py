@@ -13,6 +13,7 @@ from springpot.machine.arguments import check_called, finite_number
 from springpot.machine.faults import per_cent, shown
 from springpot.machine.progress import Estimate, FractionDone
 from springpot.problem.catalogue import results_on_request
+from springpot.problem.felt import squares_felt
 from springpot.simulation.error.budget import Budget, combine
 from springpot.simulation.error.decision import Known, bias_range
 from springpot.simulation.error.levels import Levels, levels_of
@@ -190,6 +191,8 @@ def _extended_to(
     rtol = finite_number(rtol, "rtol", low=1e-4, high=0.5, hint="It is the relative error asked for.")
     motion = motion_of(run.system)
     wanted = checked_quantities(motion, motion.usual_quantities if quantities is None else quantities)
+    if felt := [name for name in wanted if name in squares_felt(run.system)]:
+        raise ValueError(f"quantities must not have {felt[0]} here: only a run by simulate(rtol=) sees it.")
     _check_continued(run, motion, wanted)
     # its pairs have the run's step and half of it; the paths are those of the run
     pairs = levels_of(Plan(motion, run.settings, run.adapted))

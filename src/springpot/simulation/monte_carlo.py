@@ -22,7 +22,7 @@ from springpot.machine.faults import few, listed, meant
 from springpot.machine.progress import Clock, Estimate, FractionDone
 from springpot.machine.versions import versions
 from springpot.problem.basquin import Basquin
-from springpot.problem.felt import about_shocks
+from springpot.problem.felt import about_shocks, squares_felt
 from springpot.problem.messages import Message, say
 from springpot.problem.system import System, owners_of
 from springpot.simulation.estimate.samples import estimates_of, watched
@@ -116,7 +116,7 @@ def asked_for(given: Mapping[str, Any]) -> Asked:
             "which controls moments only: use more paths, and compare with half the step",
         )
         if other == "forces":
-            reason = "whose pairs of runs do not see them: give paths, duration and step"
+            reason = "which controls their mean squares: name these in quantities, such as acceleration_mean_square"
         raise ValueError(f"{other} cannot be given with rtol, {reason}.")
     if rtol is None and "max_time" in chosen:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
@@ -281,7 +281,9 @@ def run_to(system: System, asked: Asked) -> Run:
     with _faults_of_own_forces(system):
         reached = reach(system, rtol, progress=asked.progress, **asked.of_rtol, **given)
     rows, seen = reached.rows, watched(reached.simulation, reached.rows)
+    felt = [name for square, name in squares_felt(system).items() if square in reached.wanted]
     warned = [
+        *about_shocks(system, felt, reached.values),
         *doubts(reached.simulation, reached.values, reached.errors, rows, seen, bounded=True),
         *about_uncontrolled_impacts(reached, rtol),
         *([say("rtol_not_reached", sentence=reached.shortfall)] if reached.shortfall else []),
@@ -349,6 +351,7 @@ def simulate(
     quantities : sequence of str
         Quantities that ``rtol`` controls; ``("amplitude_mean_square",)`` if left out, or ``("v_mean_square",)`` where
         the linear springs have no positive stiffness; of several masses all mean square displacements and velocities.
+        Mean squares of forces and accelerations can be among them, ``"acceleration_mean_square"``.
     max_time : float
         With ``rtol``: seconds after which the run ends, with a warning if the tolerance is not reached.  It ends after
         a whole round of paths; the number of rounds depends on the machine.  A compilation, up to half a minute,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from springpot.problem.catalogue import OF_A_LEVEL, OF_A_WALL, numbers_on_request, possible_results, unit_of_result
+from springpot.problem.felt import squares_felt
 from springpot.problem.system import System
 from springpot.theory.result import names_of_results
 
@@ -97,8 +98,12 @@ def _at(name: str, level: float) -> str:
     return f"{name}_{float(level)!r}_"
 
 
-def columns_of(method: str, system: System, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
+def columns_of(
+    method: str, system: System, settings: Mapping[str, Any] | None = None, controlled: Sequence[str] = ()
+) -> tuple[Column, ...]:
     """The numbers in a method's result: they depend on the parts of the system and what its settings ask for.
+
+    ``controlled`` are the names that ``rtol`` controls, some of which only then have results.
 
     Examples
     --------
@@ -116,7 +121,8 @@ def columns_of(method: str, system: System, settings: Mapping[str, Any] | None =
         return tuple(_of_names(system, (*names_of_results(system), *felt), ("",)))
     cycles = numbers_on_request(system, "rainflow", given.get("rainflow", ()))
     counted = numbers_on_request(system, "slowest_counted_impact") if "slowest_counted_impact" in given else ()
-    names = dict.fromkeys((*possible_results(system), *felt, *cycles, *counted))
+    squares = [name for name in squares_felt(system) if name in controlled and "rtol" in given]
+    names = dict.fromkeys((*possible_results(system), *felt, *squares, *cycles, *counted))
     return (*_of_names(system, names, ("", "_se", "_error")), *_of_levels(method, given))
 
 

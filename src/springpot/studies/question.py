@@ -25,6 +25,7 @@ from pydantic import (
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
 from springpot.problem.catalogue import stated_in
+from springpot.problem.felt import squares_felt
 from springpot.problem.file import read_system
 from springpot.problem.numbers import ROOT, check_number, label_of, numbers_of, with_numbers
 from springpot.problem.oscillator import Oscillator
@@ -195,11 +196,13 @@ class Study(Strict):
         given: dict[str, Any] = {} if table is None else table.given()
         if method in SIMULATED:
             return given
-        return {name: given[name] for name in ("forces",) if name in given and method == "linear"}
+        squares = squares_felt(self.system) if "rtol" in given else {}
+        forces = (*given.get("forces", ()), *(squares[name] for name in self.quantities if name in squares))
+        return {"forces": forces} if forces and method == "linear" else {}
 
     def columns_of(self, method: str) -> tuple[Column, ...]:
         """The numbers in a method's result."""
-        return columns_of(method, self.system, self.settings(method))
+        return columns_of(method, self.system, self.settings(method), self.quantities)
 
     @property
     def _grid(self) -> dict[str, dict[str, tuple[float, ...]]]:

@@ -206,7 +206,7 @@ def compute(
         if result is not None:
             felt, unknown = _felt(result, task.settings.get("forces", ()))
             numbers, warnings = result.numbers | felt, (*warnings_of(result), *unknown)
-    names = (column.name for column in columns_of(task.method, task.base, task.settings))
+    names = (column.name for column in columns_of(task.method, task.base, task.settings, task.quantities))
     known = {name: float(numbers[name]) for name in names if not math.isnan(numbers.get(name, math.nan))}
     return Answer(known, statement, warnings)
 

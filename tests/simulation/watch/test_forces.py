@@ -412,8 +412,48 @@ def test_a_long_step_is_told_where_more_than_moments_is_wanted() -> None:
     assert not [said for said in simulated(system, **given).warnings if "over a step" in said]
     (said,) = (said for said in simulated(system, record=1, **given).warnings if "over a step" in said)
     assert said.startswith("mount_force is seen as its mean over a step, which lacks ")
-    with pytest.raises(ValueError, match="forces cannot be given with rtol, whose pairs of runs do not see them"):
+    with pytest.raises(
+        ValueError, match="forces cannot be given with rtol, which controls their mean squares: name these"
+    ):
         simulated(system, rtol=0.1, forces=("mount_force",))
+
+
+# --- with rtol --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "damper", [sp.Dashpot(1.0), sp.Springpot(0.5, 1.0), sp.Maxwell(6.0, 0.5)], ids=lambda own: type(own).__name__
+)
+def test_rtol_controls_mean_squares_of_forces(damper: Any) -> None:
+    system = sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=damper, shaking=SHAKING)
+    exact, names = linear(system), ["mount_force_mean_square", "acceleration_mean_square"]
+    run = simulated(system, rtol=0.01, quantities=names, seed=3)
+    for name in names:
+        own = run.estimates[name]
+        assert own.budget is not None
+        assert own.budget.total < 0.01 * own.value
+        assert abs(own.value - exact.mean_square(name.removesuffix("_mean_square"))) < own.budget.total
+
+
+def test_rtol_sees_what_a_step_does_to_the_acceleration_on_a_soft_stop() -> None:
+    """Its step bias is 2.5 % at the step that the run begins with."""
+    system = device(0.6, stop=sp.Contact.linear(-0.5, 2000.0, dissipation=0.1))
+    own = simulated(system, rtol=0.02, quantities=["acceleration_mean_square"], seed=2).estimates
+    fine = simulated(system, paths=6400, duration=130.0, step=0.005, forces=["acceleration"], seed=5)
+    there, here = fine["acceleration_mean_square"], own["acceleration_mean_square"]
+    assert here.budget is not None
+    assert here.budget.total < 0.02 * here.value
+    assert there.error < 0.005 * there.value
+    assert abs(here.value - there.value) < here.budget.total + 2.0 * there.error
+
+
+def test_a_mean_force_is_refused_by_rtol_and_a_longer_run_sees_no_force() -> None:
+    system = device(0.5)
+    with pytest.raises(ValueError, match="of forces and accelerations rtol controls mean squares"):
+        simulated(system, rtol=0.1, quantities=["mount_force_mean"])
+    run = simulated(system, paths=64, duration=20.0)
+    with pytest.raises(ValueError, match=r"quantities must not have mount_force_mean_square here: only a run by simul"):
+        sp.extend(run, rtol=0.1, quantities=["mount_force_mean_square"])
 
 
 # --- crossings and densities of linear theory -------------------------------------------------------------------------

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.plan.transient import MOST_TRANSIENT, shares_missing
+from springpot.simulation.watch.forces import Moments
 
 LONGEST = 100 * MOST_STEPS  # path with rtol
 LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # factor on the first step for a loose tolerance, if the energy time is so long
@@ -51,6 +52,10 @@ class Level:
     rows : ndarray, shape (paths, columns)
     counted : ndarray, shape (paths, 2 times the walls that are completed)
         Counts of `counts_of_fast_impacts`.
+    forces : tuple of Moments
+        Forces and accelerations that are seen.
+    felt : dict of ndarray, shape (paths,)
+        Their samples, by the names of the estimates.
     """
 
     simulation: Simulation
@@ -58,6 +63,8 @@ class Level:
     halved: bool
     rows: Floats
     counted: Floats
+    forces: tuple[Moments, ...] = ()
+    felt: Mapping[str, Floats] = field(default_factory=dict)
 
     @property
     def paths(self) -> int:
@@ -69,23 +76,29 @@ class Level:
         more = -(-(paths - self.paths) // LANES) * LANES
         if more <= 0:
             return self
+        counts = counts_of_fast_impacts(self.simulation)
         ensemble = self.simulation.but(paths=more).advance(
             stream=self.stream,
             skipped=self.paths,
             halved=self.halved,
-            observers=counts_of_fast_impacts(self.simulation),
+            observers=(*counts, *(each.observer for each in self.forces)),
             progress=progress,
         )
-        numbers = [own["number"] for own in ensemble.observed.values()]
+        numbers = [ensemble.observed[own]["number"] for own in counts]
         counted = np.stack([np.empty(more), *numbers], axis=1)[:, 1:]
+        seen = (each.read(self.simulation, ensemble)["estimates"] for each in self.forces)
+        felt = {name: samples for own in seen for name, (_, samples) in own.items()}
         return replace(
-            self, rows=np.concatenate([self.rows, ensemble.rows]), counted=np.concatenate([self.counted, counted])
+            self,
+            rows=np.concatenate([self.rows, ensemble.rows]),
+            counted=np.concatenate([self.counted, counted]),
+            felt={name: np.concatenate([self.felt.get(name, np.empty(0)), own]) for name, own in felt.items()},
         )
 
     def samples(self) -> dict[str, Floats]:
         """Samples of each estimate, one per path."""
         per_path = {name: samples for name, (_, samples) in samples_of(self.simulation, self.rows).items()}
-        return with_completed_rate(self.simulation, per_path, self.counted)
+        return with_completed_rate(self.simulation, per_path, self.counted) | dict(self.felt)
 
     def controls(self, samples: dict[str, Floats]) -> Floats:
         """The control variates of each path, from its samples, shape (paths, controls)."""
@@ -136,7 +149,7 @@ class Levels:
         if finer == self.finer:
             return self
         plan = self.pair_fine.simulation.plan
-        many = _without_paths(simulation_of(plan.but(step=plan.settings.step * 0.5**finer)), 0)
+        many = _without_paths(simulation_of(plan.but(step=plan.settings.step * 0.5**finer)), 0, self.many.forces)
         return replace(self, many=many, finer=finer)
 
     def extended(self, paths: int, pairs: int, progress: Progress | None) -> Levels:
@@ -149,21 +162,23 @@ class Levels:
         )
 
 
-def levels_of(plan: Plan) -> Levels:
-    """Levels without paths; ``plan`` is that of the coarser members of the pairs."""
+def levels_of(plan: Plan, forces: Sequence[str] = ()) -> Levels:
+    """Levels without paths, which see some forces; ``plan`` is that of the coarser members of the pairs."""
     coarse = simulation_of(plan, halved=True)
     fine = simulation_of(plan.but(step=0.5 * plan.settings.step))
-    pair_coarse = replace(_without_paths(coarse, 3), halved=True)
-    return Levels(_without_paths(fine, 0), pair_coarse, _without_paths(fine, 3))
+    seen = tuple(Moments.asked(plan, {"forces": forces}))
+    pair_coarse = replace(_without_paths(coarse, 3, seen), halved=True)
+    return Levels(_without_paths(fine, 0, seen), pair_coarse, _without_paths(fine, 3, seen))
 
 
-def _without_paths(simulation: Simulation, stream: int) -> Level:
+def _without_paths(simulation: Simulation, stream: int, forces: tuple[Moments, ...]) -> Level:
     return Level(
         simulation,
         stream,
         False,
         np.empty((0, len(simulation.parts.columns))),
         np.empty((0, 2 * len(simulation.motion.completed))),
+        forces,
     )
 
 

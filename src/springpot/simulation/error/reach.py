@@ -28,6 +28,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, meant, per_cent, shown
 from springpot.machine.progress import COMPILATION, Clock, Estimate, FractionDone, OutOfTimeError, in_words
 from springpot.problem.catalogue import is_controlled, possible_results
+from springpot.problem.felt import squares_felt
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget, Estimates, combine
 from springpot.simulation.error.decision import MOST_FINER, Known, Move, Standing, decide
@@ -110,6 +111,11 @@ class _Request:
     threads: int
     most_path_steps: float
     later: float = 1.0
+
+    @property
+    def forces(self) -> list[str]:
+        """Forces and accelerations that are seen for the sake of their mean squares."""
+        return [name for square, name in squares_felt(self.motion.system).items() if square in self.wanted]
 
     def plan(self, step: float) -> Plan:
         """The plan of the coarser members of the pairs at this step, without x(0)."""
@@ -228,7 +234,7 @@ def reach(
     try:
         report.block(0.0)
         request, plan, differs = _with_start(request, step, report)
-        levels = levels_of(plan)
+        levels = levels_of(plan, request.forces)
         first = levels.pair_coarse
         report.clock.measure(*first.simulation.timed(stream=first.stream, halved=True, progress=report.block))
         pairs = first_pairs(levels.pair_coarse.simulation, rtol)
@@ -260,7 +266,7 @@ def reach(
             plan = replace(request.plan(step), adapted=plan.adapted).but(
                 initial_position=plan.settings.initial_position
             )
-            anew = levels_of(plan)
+            anew = levels_of(plan, request.forces)
             paths, pairs = 0, first_pairs(anew.pair_coarse.simulation, rtol)
             if spent + anew.work(paths, pairs) > most_path_steps:
                 outcome = replace(outcome, move=replace(move, kind="stop"))
@@ -313,10 +319,9 @@ def _why_not(motion: Motion, name: str) -> str:
     """The words ": ..." with the reason why a result of the motion cannot be controlled, if there is one."""
     if name in motion.zeros:
         return ": it is 0."
-    if name not in possible_results(motion.system):
-        is_felt = name.removesuffix("_square").removesuffix("_mean") in motion.felt
-        return ": rtol does not see forces, so give paths, duration, step and forces= in its place." if is_felt else ""
-    return ""
+    if (felt := motion.felt.get(name.removesuffix("_square").removesuffix("_mean"))) is None:
+        return ""
+    return f": {felt.reason}." if felt.reason else ": of forces and accelerations rtol controls mean squares."
 
 
 def controllable(motion: Motion) -> tuple[str, ...]:
@@ -328,7 +333,7 @@ def controllable(motion: Motion) -> tuple[str, ...]:
     >>> controllable(motion_of(System(Spring(1.0), Dashpot(0.1), WhiteNoise(1.0))))[:3]
     ('x_mean_square', 'v_mean_square', 'amplitude_mean_square')
     """
-    return tuple(
+    moments = (
         name
         for name in filter(is_controlled, possible_results(motion.system))
         if not motion.uncounted_because(name)
@@ -336,6 +341,7 @@ def controllable(motion: Motion) -> tuple[str, ...]:
         and (name != "amplitude_mean_square" or motion.system.stiffness > 0.0)
         and (not name.startswith("damping_") or has_damping(motion.system))
     )
+    return (*moments, *squares_felt(motion.system))
 
 
 def _pilots(motion: Motion, rtol: float) -> int:
