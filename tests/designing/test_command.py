@@ -121,7 +121,7 @@ def test_what_is_greatest_needs_no_limit(device: str, capsys: pytest.CaptureFixt
     assert cli.main(["design", device, "--maximize", "impact_rate", "--rtol", "0.2"]) == 0
     said = capsys.readouterr()
     assert said.out.splitlines()[0] == "greatest impact_rate"
-    assert "c  0.05 (its lower bound)" in said.out
+    assert "c  0.05 s-1 (its lower bound)" in said.out
 
 
 def test_sensitivity_draws(device: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

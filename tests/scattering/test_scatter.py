@@ -177,8 +177,10 @@ def test_an_expression_of_two_is_lost_and_a_part_refuses_it() -> None:
         k + m,
         k - m,
         k**m,
+        2.0**k,
         k * k,
         free * k,
+        free * free,
         2.0 / (k * m),
         -(k / m),
         abs(k - m),
@@ -186,9 +188,8 @@ def test_an_expression_of_two_is_lost_and_a_part_refuses_it() -> None:
     ]
     for number in (*lost, pickle.loads(pickle.dumps(k * m))):
         for make in (sp.Spring, lambda own: sp.PolynomialSpring((1.0, own)), lambda own: sp.Barrier(position=own)):
-            with pytest.raises(ValueError, match="must have one uncertain number, not"):
+            with pytest.raises(ValueError, match=r"cannot follow .* through this expression"):
                 make(number)
-    assert type(free * free) is float
     pair = sp.System(
         sp.Mass(m, at="a"), sp.Mass(2.0 * m, at="b"), sp.Spring(k, between=("ground", "a")), sp.WhiteNoise(1.0, on="b"),
         sp.Spring(k, between=("a", "b")), sp.Dashpot(sp.uncertain("c", 1.0, cov=0.2), between=("ground", "a")),
@@ -281,7 +282,7 @@ WRONG: list[Any] = [
     ),
     (
         lambda: sp.Spring(sp.uncertain("k", 1.0, cov=0.1) / sp.uncertain("n", 2.0, cov=0.1)),
-        ValueError, "stiffness must have one uncertain number, not k and n in one expression: give the result a law",
+        ValueError, "stiffness cannot follow k and n through this expression: only sums",
     ),
     (lambda: sp.uncertain("k", 1.0, cov=0.1, correlation={"k": 0.5}), ValueError, "correlation of k must be with"),
     (lambda: sp.uncertain("k", 1.0, cov=0.1, correlation={"C": 2.0}), ValueError, "correlation of k and C must be in"),

@@ -216,7 +216,7 @@ def _told(system: System, task: DesignTask, found: Searched, method: str) -> Des
         best.quantities,
         best.errors,
         best.cost,
-        _cost_error(cost, best),
+        0.0 if task.exact else _cost_error(cost, best),
         margin,
         best.promises,
         ends,

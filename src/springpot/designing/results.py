@@ -144,7 +144,8 @@ class Design:
         By Monte Carlo of all rounds, with errors: standard error, biases and, if these numbers were not
         simulated themselves but some that are close, what theory's ratio may change between them.
     cost, cost_error : float
-        What was minimized or maximized; the error is NaN for a function of quantities whose errors are not known.
+        What was minimized or maximized: by theory and without an error where the method of the search is exact, else by
+        Monte Carlo.  The error is NaN for a function of quantities whose errors are not known.
     margin : float
         By how much the cost is above the least one (below the greatest) at the limits themselves, relative to it, as
         corrected theory has it: the price of the distance to the limits.
@@ -270,21 +271,27 @@ class Design:
         wide = max(map(len, self.values)) + 2
         for name, value in self.values.items():
             end = {"low": " (its lower bound)", "high": " (its upper bound)"}.get(self.at_bounds.get(name, ""), "")
-            lines.append(f"{name:{wide}}{value:.6g}{end}")
+            lines.append(f"{name:{wide}}{value:.6g}{self._unit(name)}{end}")
         error = f" +- {self.cost_error:.2g}" if self.cost_error > 0.0 else ""
+        unit = self._unit(self._cost.name)
         above = f", {per_cent(self.margin)} for the distance to the limits" if self.margin > 0.0 else ""
-        lines.append(f"{'gain' if self._cost.greatest else 'cost'}: {self.cost:.6g}{error}{above}")
+        lines.append(f"{'gain' if self._cost.greatest else 'cost'}: {self.cost:.6g}{error}{unit}{above}")
         for own in self.promises:
             if math.isnan(own.probability):
                 lines.append(f"{own.limit}: Monte Carlo saw too few events to tell with which probability it holds")
                 continue
             lines.append(
                 f"{own.limit} holds with a probability of {in_words(own.probability)}: it is {own.value:.4g} "
-                f"+- {own.error:.2g} by Monte Carlo"
+                f"+- {own.error:.2g}{self._unit(own.limit.split()[0])} by Monte Carlo"
             )
         count = len(self.history)
         lines.append(f"search by {self.method}, {count} round{'s' if count > 1 else ''} of Monte Carlo")
         return "\n".join([*lines, *(self.warnings if warnings else ())])
+
+    def _unit(self, name: str) -> str:
+        """The unit of a quantity or a number after a space; empty where there is none, or only the user knows it."""
+        unit = self.units.get(name, "")
+        return f" {unit}" if unit not in ("", "1") else ""
 
     def to_dict(self) -> dict[str, Any]:
         """The numbers as plain values; NaN is None."""

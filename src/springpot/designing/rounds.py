@@ -173,7 +173,7 @@ class _Known:
             {name: each.error for name, each in last.items()},
             values,
             errors,
-            task.approximation.cost.of({**expected, **values, **numbers}),
+            task.approximation.cost.of({**expected, **values, **(theory if task.exact else {}), **numbers}),
             tuple(Promise.of(limit, values[limit.name], errors[limit.name]) for limit in task.limits),
         )
 

@@ -44,7 +44,8 @@ class Free(float):
     Notes
     -----
     A free number plus, minus, times or over a plain one is free too, so that one number may stand at several places; so
-    is a power of one with positive bounds.  Other arithmetic, also with two free numbers, gives plain numbers.
+    is a power of one with positive bounds, and the sum of two multiples of one.  Other arithmetic, as with two free
+    numbers, gives what is `Lost`, which parts refuse.
 
     Examples
     --------
@@ -132,9 +133,21 @@ class Free(float):
         return _or_plain(self._linear(other, 0.0), float.__mul__, self, other)
 
     def __add__(self, other: Any) -> Any:
+        if isinstance(other, Free) and (other.name, other.power) == (self.name, self.power):
+            return self._with(other)
         return _or_plain(self._linear(1.0, other), float.__add__, self, other)
 
+    def _with(self, other: Free) -> Any:
+        """The sum with a multiple of the number of that name."""
+        times, plus, own = self.times + other.times, self.plus + other.plus, self.itself
+        if not times:
+            return plus
+        low, start, high = (times * float(each) ** self.power + plus for each in (own.low, float(own), own.high))
+        return self._made(start, low, high, times, plus, self.power)
+
     def __sub__(self, other: Any) -> Any:
+        if isinstance(other, Free):
+            return self + -other
         return _or_plain(self._linear(1.0, -other if _are_plain(other) else None), float.__sub__, self, other)
 
     def __rsub__(self, other: Any) -> Any:
@@ -148,9 +161,13 @@ class Free(float):
     def __pow__(self, other: Any, modulus: None = None) -> Any:
         plain = _are_plain(other) and other and math.isfinite(other)
         if not plain or self.plus or not (self.low > 0.0 and self.times > 0.0):
-            return _or_lost(float.__pow__(self, other), self, other)
+            found = float.__pow__(self, other)
+            return _lost(found, self) if plain else _or_lost(found, self, other)
         low, start, high = (float(each**other) for each in (self.low, float(self), self.high))
         return self._made(start, low, high, float(self.times**other), 0.0, float(self.power * other))
+
+    def __rpow__(self, other: Any, modulus: None = None) -> Any:
+        return _lost(float.__rpow__(self, other), self)
 
     def __rtruediv__(self, other: Any) -> Any:
         if _are_plain(other) and other:
@@ -181,8 +198,7 @@ class Uncertain(Free):
 
     Notes
     -----
-    Arithmetic is that of a free number.  An expression of two marked numbers is `Lost`, which parts refuse: mark the
-    result itself.
+    Arithmetic is that of a free number.
     """
 
     __slots__ = ("correlation", "law")
@@ -213,7 +229,7 @@ class Uncertain(Free):
 
 
 class Lost(float):
-    """What an expression of an uncertain and another marked number gives: nothing follows how it scatters.
+    """What an expression gives that does not follow the marked numbers in it, such as two of them, or an exponent.
 
     Everywhere but in a part it is a plain number, and so is what is made of it.
 
@@ -261,10 +277,13 @@ def _or_plain(found: Any, plain: Any, *numbers: Any) -> Any:
 
 
 def _or_lost(found: Any, *numbers: Any) -> Any:
-    """Whether a plain result hides how an uncertain number scatters: that of two marked ones, or of a lost one."""
+    """A result that no longer follows a marked number in it: that of two marked ones, or of a lost one, is lost."""
     marked = [each for each in numbers if isinstance(each, Free | Lost)]
-    scatters = any(isinstance(each, Uncertain | Lost) for each in marked)
-    if type(found) is not float or not scatters or (len(marked) < 2 and isinstance(marked[0], Free)):
+    return found if len(marked) < 2 and isinstance(marked[0], Free) else _lost(found, *marked)
+
+
+def _lost(found: Any, *marked: Free | Lost) -> Any:
+    if type(found) is not float:
         return found
     names = (name for each in marked for name in (each.names if isinstance(each, Lost) else (each.name,)))
     return Lost(found, tuple(dict.fromkeys(names)))

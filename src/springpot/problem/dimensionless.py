@@ -139,9 +139,9 @@ class Dimensionless(Checked):
             raise NotCoveredError(f"the stiffness of the springs is {system.stiffness:g}, not positive: {CANONICAL}.")
         return cls(
             natural_frequency=unit.natural_frequency,
-            springpot=Springpot(order, coefficient),
+            springpot=Springpot(order, float(coefficient)),
             barrier=next(iter(unit.of(Barrier)), None),
-            excitation=WhiteNoise(sum(noise.intensity for noise in unit.of(WhiteNoise))),
+            excitation=WhiteNoise(float(sum(noise.intensity for noise in unit.of(WhiteNoise)))),
         )
 
     def to_dict(self) -> dict[str, Any]:

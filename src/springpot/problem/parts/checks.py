@@ -32,8 +32,8 @@ class Checked:
             for number in value if isinstance(value, tuple | list) else (value,):
                 if isinstance(number, Lost):
                     raise ValueError(
-                        f"{name} must have one uncertain number, not {listed(number.names)} in one expression: give "
-                        "the result a law of its own."
+                        f"{name} cannot follow {listed(number.names)} through this expression: only sums with and "
+                        "products by plain numbers, and powers of one number, keep their mark; mark the result itself."
                     )
         return super().__new__(cls)
 

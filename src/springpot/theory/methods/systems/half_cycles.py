@@ -245,12 +245,12 @@ def _motion_without_walls(unit: System) -> tuple[HardSpring, _Scales]:
     """
     coefficients = (*unit.potential.coefficients, *[0.0] * 4)
     stiffness, cubic = coefficients[1], coefficients[3]
-    q = sum(noise.intensity for noise in unit.of(WhiteNoise))
+    q = float(sum(noise.intensity for noise in unit.of(WhiteNoise)))
     pots = [pot for pot in unit.of(Springpot) if pot.order > 0.0]  # those of order 0 are in the potential
     others = (*pots, *unit.of(Dashpot, PolynomialDashpot))
     square: float = 0.0
     for _ in range(_ROUNDS):
-        spring = Spring(stiffness + 3.0 * cubic * square)
+        spring = Spring(float(stiffness + 3.0 * cubic * square))
         found = linear(System(spring, *others, WhiteNoise(q))).moments
         before, square = square, found.x_mean_square
         if cubic == 0.0 or abs(square - before) < _SETTLED * square:
@@ -268,7 +268,7 @@ def _problem(unit: System, lower: Barrier, upper: Barrier, spring: HardSpring, s
         spring=spring,
         damping=scales.damping / w,
         memory=tuple(
-            Springpot(pot.order, pot.coefficient * w ** (pot.order - 2.0))
+            Springpot(pot.order, float(pot.coefficient * w ** (pot.order - 2.0)))
             for pot in unit.of(Springpot)
             if pot.remembers
         ),

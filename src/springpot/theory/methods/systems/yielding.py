@@ -55,7 +55,7 @@ def nearest_arm(part: BoucWen, speed: float, correlation: float) -> tuple[Maxwel
     spread = power ** (1.0 / n)  # of z over its limit
     rate = faster * spread ** (n - 1.0) * speed / part.yield_displacement
     stiffness = part.stiffness * (1.0 - power * slower)
-    return Maxwell(stiffness, stiffness / rate, between=part.between), spread * part.yield_force
+    return Maxwell(float(stiffness), float(stiffness / rate), between=part.between), spread * part.yield_force
 
 
 def nearest_arm_of_slider(part: Jenkins, speed: float, reached: float) -> tuple[Maxwell, float]:
@@ -98,7 +98,7 @@ def nearest_arm_of_slider(part: Jenkins, speed: float, reached: float) -> tuple[
     c = (1.0 - lost) / (1.0 - both * both / square)
     stiffness, rate = part.stiffness * c, c * both / square * speed / part.yield_displacement
     size = math.sqrt(square) * min(reached * _HARDLY, 1.0)
-    return Maxwell(stiffness, stiffness / rate, between=part.between), size * part.yield_force
+    return Maxwell(float(stiffness), float(stiffness / rate), between=part.between), size * part.yield_force
 
 
 def _density(x: float) -> float:
