@@ -101,30 +101,37 @@ def test_without_walls_it_is_the_exact_likelihood() -> None:
 RATES = np.array([0.5, 5.0, 50.0])
 
 
-def flow_at(wall: float, intensity: float) -> Flow:
-    return Flow(40.0, 0.7, intensity, np.array([0.4, 1.1, 3.0]), RATES, np.array([[wall, 1.0, 0.7]]), RATES[:0],
+def flow_at(wall: float, intensity: float, cubic: float = 0.0) -> Flow:
+    powers = np.array([0.0, cubic]) if cubic else RATES[:0]
+    return Flow(40.0, 0.7, intensity, np.array([0.4, 1.1, 3.0]), RATES, np.array([[wall, 1.0, 0.7]]), powers,
                 np.empty((0, 5)))  # fmt: skip
 
 
-def test_saltation_is_the_derivative_of_the_impact() -> None:
-    """Against paths from both sides: each flies to the wall, strikes, and flies to the same time."""
+@pytest.mark.parametrize("cubic", [0.0, 6e4])
+def test_saltation_is_the_derivative_of_the_impact(cubic: float) -> None:
+    """Against paths from both sides: each flies to the wall, strikes, and flies to the same time.
+
+    A nonlinear force is nearly that at the wall: the last entry of the state, which is 1.
+    """
     from scipy.linalg import expm
 
-    flow = flow_at(-0.08, 0.0)
-    drift, at = flow.drift(), np.array([-0.08, -1.3, 0.02, -0.05, -0.02])
+    flow = flow_at(-0.08, 0.0, cubic)
+    drift, at = np.zeros((6, 6)), np.array([-0.08, -1.3, 0.02, -0.05, -0.02, 1.0])
+    drift[:5, :5] = flow.drift()
+    drift[1, 5] = cubic * 0.08**3
 
     def struck(deviation: Floats) -> Floats:
         """The deviation before the impact of the mean is one after it: the impact of this path is at another time."""
-        state, shift = at + deviation, 0.0
+        state, shift = at + np.append(deviation, 0.0), 0.0
         for _ in range(50):
             shift -= ((expm(drift * shift) @ state)[0] + 0.08) / (expm(drift * shift) @ state)[1]
         there = expm(drift * shift) @ state
         there[1] *= -0.7
-        return np.asarray(expm(-drift * shift) @ there)
+        return np.asarray(expm(-drift * shift) @ there)[:5]
 
     slopes = np.stack([(struck(1e-6 * way) - struck(-1e-6 * way)) / 2e-6 for way in np.eye(5)], axis=1)
     before = np.diag([1.0, 2.0, 3.0, 4.0, 5.0]) + 0.1
-    expected, mean, cov, clone = slopes @ before @ slopes.T, at.copy(), 1e-14 * before, np.arange(1.0, 8.0)
+    expected, mean, cov, clone = slopes @ before @ slopes.T, at[:5].copy(), 1e-14 * before, np.arange(1.0, 8.0)
     _strike(flow, flow.walls[0], 0.01, mean, cov, clone)
     assert np.allclose(1e14 * cov, expected, rtol=1e-5, atol=1e-5)
     assert np.allclose(mean, [-0.08, 0.91, 0.02, -0.05, -0.02])
@@ -226,6 +233,62 @@ def test_the_equivalent_spring_of_a_cubic_one() -> None:
     own, _ = flow.flow(np.array([*DUFFING.values(), 0.01]))
     more = equivalent_stiffness(own, 1.0)
     assert more == pytest.approx(3.0 * 300.0 * stationary(own, more)[0, 0], rel=1e-6)
+
+
+def struck(**more: Any) -> sp.System:
+    """With the gap, the restitution and the noise free."""
+    numbers = {"gap": (-0.1, -0.3, -0.005), "r": (0.6, 0.05, 1.0), "q": (9.0, 0.1, 100.0)}
+    found = {name: sp.free(name, at, (low, high)) for name, (at, low, high) in numbers.items()}
+    return wall(40.0, 0.5, 3.0, **{**found, **more})
+
+
+@pytest.mark.parametrize(
+    ("noise", "bounds"), [(1e-6, (-0.3, -0.005)), (0.0, (-0.3, -0.005)), (None, (-1000.0, 1000.0))],
+    ids=["small noise", "none", "wide bounds"],
+)  # fmt: skip
+def test_a_gap_has_an_error_that_holds(noise: float | None, bounds: tuple[float, float]) -> None:
+    """Of samples without noise the one that is farthest out said all of it, with an error of 1e-7."""
+    values = twins(wall, "x", 1, 10.0, 2.5e-4, 5)[0]
+    data = (
+        record(values, 5)[0] if noise is None else sp.MeasuredRecord(STEP * np.arange(values.size), values, noise=noise)
+    )
+    fit = sp.fit(struck(gap=sp.free("gap", -0.1, bounds)), data)
+    assert abs(fit.values["gap"] + 0.08) < 4.0 * fit.errors["gap"] < 0.01
+
+
+def test_numbers_without_an_influence_are_refused_by_name() -> None:
+    data, _ = record(twins(duffing, "x", 1, 10.0, 1e-3, 3)[0], 1)
+    lowest = float(data.values.min())
+    far = sp.free("gap", 3.0 * lowest, (4.0 * lowest, 2.5 * lowest))
+    with pytest.raises(
+        ValueError, match=r"^gap and r must not be free: the record, in which no wall is struck, does not"
+    ):
+        sp.fit(struck(gap=far), data)
+    contact = sp.Contact(2.0 * lowest, sp.free("kc", 1e3, (10.0, 1e5)), free_side="above")
+    with pytest.raises(ValueError, match=r"^kc must not be free: the record does not depend on it"):
+        sp.fit(sp.System(sp.Spring(40.0), sp.Springpot(0.5, 3.0), contact, sp.WhiteNoise(12.0)), data)
+
+
+def test_a_search_goes_round_numbers_without_a_stationary_state() -> None:
+    """A negative cubic spring holds no mass, and a part with one of 0 is refused: of a linear record."""
+    linear = sp.simulate(
+        sp.System(sp.Spring(40.0), sp.Springpot(0.5, 3.0), sp.WhiteNoise(12.0)), paths=1, record=1, duration=30.0,
+        step=STEP, seed=2,
+    ).record[0, -1000:, 0]  # fmt: skip
+    data, _ = record(linear, 1)
+    for low in (-100.0, 0.0):
+        cubic = sp.PolynomialSpring((0.0, 0.0, sp.free("k3", 50.0, (low, 1e3))))
+        fit = sp.fit(sp.System(sp.Spring(40.0), sp.Springpot(0.5, 3.0), cubic, sp.WhiteNoise(12.0)), data)
+        assert 0.0 <= fit.values["k3"] < 4.0 * fit.errors["k3"] + 1.0
+
+
+def test_few_impacts_and_a_small_restitution_are_said() -> None:
+    data, _ = record(twins(wall, "x", 1, 10.0, 2.5e-4, 5)[0], 5)
+    fit = sp.fit(struck(r=0.2), data)
+    assert any(said.startswith("The restitution is 0.2. Below 0.3 many impacts follow") for said in fit.warnings)
+    short = sp.MeasuredRecord(data.time[:60], data.values[0, :60], noise=0.002)
+    few = [said for said in sp.fit(struck(r=0.7, gap=-0.08), short).warnings if "impacts" in said]
+    assert [said.split(" has ")[0] for said in few] == ["The record"]
 
 
 def test_two_walls_are_mirror_images() -> None:

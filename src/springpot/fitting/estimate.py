@@ -259,7 +259,8 @@ def confusions(
     """
     from scipy.sparse.csgraph import connected_components
 
-    rho, count = correlation_of(covariance), len(names)
+    rho, count = np.nan_to_num(correlation_of(covariance)), len(names)  # of what has no influence it is not a number
+    np.fill_diagonal(rho, 1.0)
     strong = np.abs(rho) >= np.where(held | held[:, None], _STRONG_AT_BOUND, STRONG)
     _, group_of = connected_components(strong & (vague | vague[:, None]), directed=False)
     found, told = [], set[int]()

@@ -8,15 +8,16 @@ adds Q(t), q times the integral of b b' with b = Phi e_v, by Gauss's rule.
 Each of them is a Kalman filter.  In a substep that may reach a wall it becomes two.  *Free*: the wall was not reached,
 so x is inside at the end.  *Struck*: the free flight x_f would have ended beyond the wall, from x_0 inside.  There the
 state is, to first order in what is left of the substep, x = a - r (x_f - a), v = -r v_f + e (x_f - a),
-z = z_f - (1 + r) (x_f - a), with e = -(1 + r) (K a + sum w_j z_j) / v_f: the saltation matrix.  Memory that is faster
-than the substep has forgotten a part of the impact.  The next sample weighs the two.  Nothing is decided, so no sample
-is left out and the likelihood has no jumps to speak of.
+z = z_f - (1 + r) (x_f - a), with e = -(1 + r) (K a + sum w_j z_j - f(a)) / v_f: the saltation matrix.  Memory that is
+fast has forgotten a part of the impact: a time t after it, (1 + r) v (1 - exp(-s t)) / s of v t (1 + r) is left.  The
+next sample weighs the two.  Nothing is decided, so no sample is left out and the likelihood has no jumps to speak of.
 
 **Inside.**  That x is inside is a bound on a normal law.  While the mass approaches a wall, the bound of each step
 holds all that were before; the law is kept as it is, and its weight is the probability of the last bound.  Where it
-turns back or strikes, the law is replaced by the normal law of the same mean and covariance within its bounds: one
-bound, or two after an impact (x inside now, x_0 inside before).  Impacts within one substep of the lowest place of a
-path that turns there are not seen: they are slow, and the noise hides them.
+turns back or strikes, the law is replaced by the normal law with the mean and covariance that it has within its bounds:
+one bound, or two after an impact (x inside now, x_0 inside before).  A second impact within a substep is not seen: it
+is slow, and the noise hides it.  At a restitution below 0.25 many impacts follow each other within any substep, and
+this is untrue: estimates of r are then too low.
 
 **Nonlinear forces** act at both ends of each substep.  Their mean, slope and the rest of their variance are taken over
 the present normal law of x at the three points of Gauss and Hermite, which is exact for a cubic mean.
@@ -160,7 +161,8 @@ def filtered(values, step, substeps, halvings, seen, noise, start, flow, terms, 
                     _measured(flow, seen, noise, values[k, n], then, found, expected[k], spread[k], n)
                 total = _inside(flow, then, found)
                 if not total > -np.inf:
-                    terms[k, n] = -np.inf
+                    terms[k, n:] = -np.inf
+                    terms[k + 1 :] = -np.inf
                     return impacts
                 if last:
                     terms[k, n] = total
@@ -479,8 +481,8 @@ def _bounded_twice(mean, cov, clone, at, side):  # type: ignore[no-untyped-def]
 
 @njit(**_COMPILED)
 def _pull(flow, wall, mean):  # type: ignore[no-untyped-def]
-    """The force of springs and memory at a wall."""
-    found = flow.stiffness * wall[0]
+    """The force of springs, contacts and memory at a wall."""
+    found = flow.stiffness * wall[0] - _at(flow, wall[0])[0]
     for j in range(flow.weights.size):
         found += flow.weights[j] * mean[j + 2]
     return found

@@ -16,7 +16,7 @@ from springpot.fitting.records import checks_of, with_noise
 from springpot.fitting.spectra import NOISE
 from springpot.machine.arguments import Free
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import NotCoveredError
+from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.parts import (
     Barrier,
@@ -37,7 +37,7 @@ _REACH = (
 _KINDS = Mass | Spring | PolynomialSpring | Dashpot | Springpot | Barrier | Contact | WhiteNoise
 _SPACING = 0.5 * math.log(10.0)  # of the rates of memory, in the logarithm: the ripple of the kernel is 1e-3
 _SLOWEST, _FASTEST = 1.0 / 3.0, 1.5  # rates, over 1 / duration and 1 / step
-_NEVER = 1e-3  # rate of what memory does not forget in the record, over the slowest rate
+_NEVER = 1e-3  # of the slowest rate: that of what memory does not forget in the record
 _FINER = 4  # rates for an acceleration, which has the memory's forces in it
 _FLOW_STEP, _KICK_STEP = 2.0, 0.25  # of the flow's series, over 1 / the largest rate; of a kick, over sqrt(1 / slope)
 _FASTER = 1.5  # than the start are the numbers for which substeps are small enough
@@ -50,6 +50,9 @@ _LONGEST = 0.7  # step of a logarithm
 _SLOPE = 1e-3  # step of differences: of a logarithm, or of a number over its size
 _DAMPED, _MOST_DAMPED = 1e-3, 1e8
 _WIDE = 4.0  # variances, for what is not known at a start
+_OWN_NOISE = 1e-4  # of the spread of the samples: what the laws of the filter are off by
+_BLURRED, _FEW_IMPACTS = 0.3, 3.0  # restitution below which, and number below which, there is a warning
+_NONE = 0.01  # impacts
 _TURNS = 40  # of the equivalent stiffness
 _THREADS = 2
 
@@ -75,7 +78,8 @@ class NonlinearRecordLikelihood(Likelihood):
         self.size = data.size
         self._values = np.ascontiguousarray(data.values)
         self._seen = "xva".index(str(data.of))
-        free = with_noise((*free_numbers(system).values(),), data)
+        self._least_noise = _OWN_NOISE * float(self._values.std())
+        free = with_noise((*free_numbers(system).values(),), data, self._least_noise)
         duration = data.step * (data.time.size - 1)
         fastest = _FASTEST * (_FINER if data.of == "a" else 1) / data.step
         count = math.ceil(math.log(fastest * duration / _SLOWEST) / _SPACING) + 1
@@ -83,6 +87,8 @@ class NonlinearRecordLikelihood(Likelihood):
         if data.of == "x":
             free = _from_lowest(system, free, data.values)
         self.coordinates = Coordinates(free)
+        walls = [stop.position.name for stop in system.of(Barrier, Contact) if isinstance(stop.position, Free)]
+        self._places = np.isin(self.coordinates.names, walls)
         self._prepare(self.coordinates.outer(self.coordinates.start))
         if data.of != "x":
             self.coordinates = Coordinates(self._with_best_positions())
@@ -91,7 +97,7 @@ class NonlinearRecordLikelihood(Likelihood):
         """The motion of the mass, and the standard deviation of the measurement noise."""
         named = self.coordinates.named(theta)
         noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
-        return flow_of(restarted(self.system, named), self._rates), noise
+        return flow_of(restarted(self.system, named), self._rates), max(noise, self._least_noise)
 
     def _with_best_positions(self) -> tuple[Free, ...]:
         """Free positions of walls start where the other numbers, as they are, agree best with the samples."""
@@ -120,15 +126,21 @@ class NonlinearRecordLikelihood(Likelihood):
         self._halvings = max(math.ceil(math.log2(_FASTER * step * rate / (_FLOW_STEP * self._substeps))), 0)
         self._spread = _WIDE * float(values.var()) if self._seen == 0 else 0.0
         self._past = _WIDE * (float(np.mean(values**2)) if self._seen == 0 else start[0, 0])
+        self._size = float(values.std()) if self._seen == 0 else math.sqrt(start[0, 0])  # of x
         self.least = None  # of other substeps
 
     def _run(self, theta: Floats) -> tuple[Floats, Floats, Floats, float]:
-        """Of each sample: its log-likelihood, what was expected and how surely; and the number of impacts."""
-        flow, noise = self.flow(theta)
-        start = stationary(flow, self._more)
-        start[0, 0] += self._spread
-        start[range(2, len(start)), range(2, len(start))] += self._past
+        """Of each sample: its log-likelihood, what was expected and how surely; and the number of impacts.
+
+        A place where the model has no stationary state without its walls has no likelihood.
+        """
         terms, expected, spread = (np.zeros(self._values.shape) for _ in range(3))
+        try:
+            flow, noise = self.flow(theta)
+            start = self._start(flow)
+        except ValueError:
+            terms[:] = -np.inf
+            return terms, expected, spread + 1.0, 0.0
         impacts = filtered(
             self._values,
             self.data.step,
@@ -143,6 +155,19 @@ class NonlinearRecordLikelihood(Likelihood):
             spread,
         )
         return terms, expected, spread, float(impacts)
+
+    def _start(self, flow: Flow) -> Floats:
+        """Covariance at the first sample: the stationary one, wider by what walls and the past add.
+
+        Walls take energy, so it is not much wider than the samples say.
+        """
+        start = stationary(flow, self._more)
+        if flow.walls.size:
+            row = np.eye(len(start))[self._seen] if self._seen < 2 else flow.drift()[1]
+            start *= min(1.0, _WIDE * float(np.mean(self._values**2)) / float(row @ start @ row))
+        start[0, 0] += self._spread
+        start[range(2, len(start)), range(2, len(start))] += self._past
+        return start
 
     def deviance(self, theta: Floats) -> float:
         """-2 ln L of the samples."""
@@ -174,15 +199,16 @@ class NonlinearRecordLikelihood(Likelihood):
         low, high = own.low, own.high
         reach = np.where(own.logarithmic, _LONGEST, 0.3 * (high - low))
         here = -0.5 * self.deviance(own.outer(u))
+        if not math.isfinite(here):
+            return u
         for _ in range(_STEPS):
             scores = self._scores(u)
             slope = scores.sum(axis=0)
             going = moves & ~((u <= low) & (slope < 0.0)) & ~((u >= high) & (slope > 0.0))
             if not going.any():
                 return u
-            _, expected, spread, _ = self._run(
-                own.outer(u)
-            )  # far from the maximum a few samples would make steps small
+            _, expected, spread, _ = self._run(own.outer(u))
+            # far from the maximum a few samples would make steps small
             scores /= np.maximum(np.abs((self._values - expected) / spread), 1.0).reshape(-1, 1)
             information = scores.T @ scores
             information[np.diag_indices_from(information)] += 1e-12
@@ -205,7 +231,8 @@ class NonlinearRecordLikelihood(Likelihood):
     def _scores(self, u: Floats) -> Floats:
         """Derivatives of the log-likelihood of each sample by the coordinates."""
         own = self.coordinates
-        sizes = _SLOPE * np.where(own.logarithmic, 1.0, np.maximum(np.abs(u), 0.01 * (own.high - own.low)))
+        sizes = np.maximum(np.abs(u), 0.01 * (own.high - own.low))
+        sizes = _SLOPE * np.where(own.logarithmic, 1.0, np.where(self._places, np.minimum(sizes, self._size), sizes))
         ends = np.array([
             np.clip(u + sign * size * unit, own.low, own.high)
             for unit, size in zip(np.eye(u.size), sizes, strict=True) for sign in (1.0, -1.0)
@@ -213,14 +240,42 @@ class NonlinearRecordLikelihood(Likelihood):
         self.ask()
         with ThreadPoolExecutor(_THREADS) as pool:
             found = [*pool.map(lambda each: self._run(own.outer(each))[0].ravel(), ends)]
+        if missing := [n for n, each in enumerate(found) if not np.isfinite(each).all()]:  # differences on one side
+            here = self._run(own.outer(u))[0].ravel()
+            for n in missing:
+                found[n], ends[n] = here, u
         steps = np.diag(ends[0::2] - ends[1::2])
-        scores = (np.array(found[0::2]) - np.array(found[1::2])).T / steps
-        return np.where(np.isfinite(scores), scores, 0.0)  # a place without a likelihood leads nowhere
+        apart = np.array(found[0::2]) - np.array(found[1::2])
+        return np.where(steps != 0.0, apart.T / np.where(steps != 0.0, steps, 1.0), 0.0)
 
     def covariance(self, theta: Floats, moves: NDArray[np.bool_]) -> Floats:
-        """The inverse of the sum of the products of the scores."""
-        scores = self._scores(self.coordinates.inner(theta))[:, moves]
-        return inverse(scores.T @ scores)
+        """The inverse of the sum of the products of the scores.
+
+        Raises
+        ------
+        ValueError
+            If a number changes nothing.
+        """
+        scores = self._scores(self.coordinates.inner(theta))
+        names = np.array(self.coordinates.names)
+        if (idle := names[moves & ~scores.any(axis=0)].tolist()) and not self.stopped:
+            why = ", in which no wall is struck," if self.system.of(Barrier) and self._run(theta)[3] < _NONE else ""
+            raise ValueError(f"{listed(idle)} must not be free: the record{why} does not depend on it.")
+        return inverse(scores[:, moves].T @ scores[:, moves])
+
+    def doubts(self, theta: Floats) -> tuple[str, ...]:
+        """Of impacts that are too few, and of those that follow each other too fast."""
+        said, (flow, _) = [*super().doubts(theta)], self.flow(theta)
+        if flow.walls.size and (impacts := self._run(theta)[3]) < _FEW_IMPACTS:
+            said.append(
+                f"The record has about {impacts:.1f} impacts: it hardly tells where a wall is, or its restitution."
+            )
+        if flow.walls.size and flow.walls[:, 2].min() < _BLURRED:
+            said.append(
+                f"The restitution is {flow.walls[:, 2].min():.2g}. Below {_BLURRED} many impacts follow each other "
+                "within a sample, and this fit finds it too low by up to a half of it, with errors that are too small."
+            )
+        return tuple(said)
 
     def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
         """Whether the innovations are independent and Gaussian."""
@@ -338,7 +393,9 @@ def stationary(flow: Flow, more: float = 0.0) -> Floats:
     drift[1, 0] -= more
     found = np.array(linalg.solve_continuous_lyapunov(drift, -random)).astype(np.float64)
     if not (drift[1, 0] < flow.weights.sum() and found[0, 0] > 0.0 and found[1, 1] > 0.0):
-        raise ValueError("model must have a spring that holds the mass, a damper and noise for a fit of a record.")
+        raise ValueError(
+            "model must have a spring that holds the mass without its walls, a damper and noise for a fit of a record."
+        )
     return np.asarray(0.5 * (found + found.T))
 
 

@@ -217,13 +217,13 @@ class RecordLikelihood(Likelihood):
         )  # fmt: skip
 
 
-def with_noise(free: tuple[Free, ...], data: MeasuredRecord) -> tuple[Free, ...]:
-    """The free numbers, with that of the measurement where it is not stated."""
+def with_noise(free: tuple[Free, ...], data: MeasuredRecord, least: float = 0.0) -> tuple[Free, ...]:
+    """The free numbers, with that of the measurement, at least so large, where it is not stated."""
     if data.noise is not None:
         return free
     check_name(free)
     spread = float(data.values.std())
-    return (*free, Free(0.05 * spread, NOISE, max(rounding_of(data.values), _LEAST_NOISE * spread), spread))
+    return (*free, Free(0.05 * spread, NOISE, max(rounding_of(data.values), _LEAST_NOISE * spread, least), spread))
 
 
 def checks_of(innovations: Floats, moving: int, meaning: str) -> dict[str, tuple[float, str]]:
