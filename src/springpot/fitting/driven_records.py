@@ -33,6 +33,7 @@ _PARTS = 8  # of a record, in which it may be followed or not
 # rms of what is left over the spread of the record: of a fit that needs no other start, and of none, with and without
 # stops; and of a part over that of the best part
 _FOLLOWED, _LOST_BEHIND_STOPS, _LOST, _UNEVEN = 0.03, 0.15, 0.5, 3.0
+_BY_CHANCE = 0.01  # probability below which what is left behind a stop is a wrong minimum, and other starts are tried
 _ROUNDS, _PLACES = 6, 120  # of the search near a minimum
 _ABOUT = 0.5, 1.0, 2.0, 4.0  # how far it looks, in standard errors
 _LONGER, _WORSE = 1.6, 1.3  # of a part to the one before, and of its mean square, from which on it is followed worse
@@ -334,8 +335,15 @@ class DrivenLikelihood(LeastSquares):
     def _is_followed(self, u: Floats) -> bool:
         """Whether so little is left that no other start is tried."""
         whole, worst, best = self._shares(u)
-        is_white = not any(lags_of(own).size for own in self._rest(u))
-        return whole < (_LOST_BEHIND_STOPS if is_white else _FOLLOWED) and worst < _UNEVEN * best
+        lags = [lags_of(own) for own in self._rest(u)]
+        most = _FOLLOWED if any(own.size for own in lags) else _LOST_BEHIND_STOPS
+        if not (whole < most and worst < _UNEVEN * best):
+            return False
+        if not self.system.of(Stop):
+            return True
+        plain, self._filters = self._filters, lags
+        chance, self._filters = self._of_noise(self._outer(u), u.size), plain
+        return chance > _BY_CHANCE
 
     def _is_lost(self, u: Floats) -> bool:
         """Whether the model does not follow the record, or only a part of it."""
@@ -434,6 +442,21 @@ class DrivenLikelihood(LeastSquares):
         from scipy import stats
 
         found = dict[str, tuple[float, str]]()
+        found["what is left against the motion (score test)"] = (
+            self._of_noise(theta, moving), "what is left depends on the motion or the input: the model lacks something",
+        )  # fmt: skip
+        if self.data.noise is not None:
+            raw = self._left(theta)[:, round(self.data.skip / self.data.step) :].ravel()
+            chi = float(raw @ raw) / self.data.noise**2
+            found["size of the residuals (chi-square)"] = (
+                float(stats.chi2.sf(chi, max(raw.size - moving, 1))), "more is left than the stated noise explains",
+            )  # fmt: skip
+        return found
+
+    def _of_noise(self, theta: Floats, moving: int) -> float:
+        """The probability of what is left, if it is noise, by a score test."""
+        from scipy import stats
+
         residual, slopes = self.residuals(theta), self.sensitivity(theta)
         variance = float(residual @ residual) / max(residual.size - moving, 1)
         extra = self._beyond(theta)
@@ -443,17 +466,7 @@ class DrivenLikelihood(LeastSquares):
         q, r, _ = _pivoted(extra[:, size > 0.0] / size[size > 0.0])
         rank = int((np.abs(np.diag(r)) > 1e-6).sum())
         score = float(np.sum((q[:, :rank].T @ residual) ** 2)) / variance
-        found["what is left against the motion (score test)"] = (
-            float(stats.chi2.sf(score, max(rank, 1))),
-            "what is left depends on the motion or the input: the model lacks something",
-        )  # fmt: skip
-        if self.data.noise is not None:
-            raw = self._left(theta)[:, round(self.data.skip / self.data.step) :].ravel()
-            chi = float(raw @ raw) / self.data.noise**2
-            found["size of the residuals (chi-square)"] = (
-                float(stats.chi2.sf(chi, max(raw.size - moving, 1))), "more is left than the stated noise explains",
-            )  # fmt: skip
-        return found
+        return float(stats.chi2.sf(score, max(rank, 1)))
 
     def _beyond(self, theta: Floats) -> Floats:
         """What a better model might have: powers and products of the motion, and the input earlier and later."""
