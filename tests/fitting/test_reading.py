@@ -57,6 +57,28 @@ def test_every_kind_is_read_in_si_units(tmp_path: Path) -> None:
     assert (round(float(impacts.after[1]), 9), impacts.error) == (1.4, 0.01)
 
 
+def test_relaxation_and_creep_are_read(tmp_path: Path) -> None:
+    relaxed = sp.read_data(
+        written(tmp_path, "# relative_error = 0.02\ntime_min,Relaxation Modulus (MPa)\n1,3\n2,2\n3,1\n")
+    )
+    assert isinstance(relaxed, sp.MeasuredRelaxation)
+    assert (relaxed.time.tolist(), relaxed.modulus[1], relaxed.relative_error) == ([60.0, 120.0, 180.0], 2e6, 0.02)
+    with pytest.warns(UserWarning, match="its line at 0 s is left out"):
+        crept = sp.read_data(written(tmp_path, "Time (sec);J(t) [1/MPa]\n0;0\n0,1;0,3\n1;0,5\n10;0,9\n"))
+    assert isinstance(crept, sp.MeasuredCreep)
+    assert (crept.time[0], crept.compliance.tolist()) == (0.1, pytest.approx([3e-7, 5e-7, 9e-7]))
+    part = sp.read_data(written(tmp_path, "t_s,compliance_mm/N\n1,5\n2,6\n3,7\n"))
+    assert isinstance(part, sp.MeasuredCreep)
+    assert part.compliance[0] == 0.005
+    for table, sentence in (
+        ("time_s,modulus_MPa,x_mm\n1,5,2\n2,6,2\n3,7,1\n", "x cannot be a column of relaxation"),
+        ("time_s,modulus_Pa\n1,5\n2,4\n-3,3\n", "line 4: time_s must be greater than 0, not -3"),
+        ("# averages = 3\ntime_s,modulus_Pa\n1,5\n2,4\n3,3\n", "averages is a setting of .*, not of relaxation"),
+    ):
+        with pytest.raises(FileError, match=sentence):
+            sp.read_data(written(tmp_path, table))
+
+
 TIMES = [f"{0.1 * n:.1f},{n % 7}" for n in range(40)]
 BAD = [
     ("", "is empty: it needs a header"),

@@ -361,7 +361,10 @@ def _one_or_many(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
 @app.command
 def fit(
     data: Annotated[
-        str, Parameter(help="File of moduli, a spectrum, a response, a record, impacts or statistics: CSV, .AT2, ...")
+        str,
+        Parameter(
+            help="File of moduli, relaxation, creep, a spectrum, a response, a record, impacts or statistics: CSV, ..."
+        ),
     ],
     /,
     *,

@@ -42,6 +42,8 @@ UNITS: dict[str, dict[str, float]] = {
     "storage": _MODULUS,
     "loss": _MODULUS,
     "tan_delta": {"1": 1.0},
+    "modulus": _MODULUS,
+    "compliance": {"1/Pa": 1.0, "1/kPa": 1e-3, "1/MPa": 1e-6, "1/GPa": 1e-9, "m/N": 1.0, "mm/N": 1e-3, "mm/kN": 1e-6},
     "magnitude": _RESPONSE,
     "phase": {"deg": math.pi / 180.0, "rad": 1.0},
     "real": _RESPONSE,
@@ -72,6 +74,8 @@ _NAMES = {
     "storage": ("storage", "storage modulus", "e'", "g'", "k'"),
     "loss": ("loss", "loss modulus", "e''", "g''", "k''"),
     "tan_delta": ("tan delta", "tan d", "tan δ", "tandelta", "tan(delta)", "tan(δ)", "loss factor"),
+    "modulus": ("modulus", "relaxation modulus", "relaxation", "e(t)", "g(t)", "k(t)"),
+    "compliance": ("compliance", "creep compliance", "creep", "j(t)", "d(t)"),
     "magnitude": ("magnitude", "mag", "transmissibility"),
     "phase": ("phase", "phase angle"),
     "real": ("real", "re", "real part"),
@@ -86,7 +90,8 @@ _SPELLINGS = (
     ("**", ""), ("^", ""), ("seconds", "s"), ("second", "s"), ("secs", "s"), ("sec2", "s2"), ("sec", "s"),
     ("hertz", "Hz"), ("degrees", "deg"), ("degree", "deg"), ("°", "deg"), ("inches", "in"), ("inch", "in"),
     ("/s/s", "/s2"), ("m s-2", "m/s2"), ("m s-1", "m/s"), ("(m/s2)2", "m2/s4"), ("(m/s)2", "m2/s2"), ("(g)2", "g2"),
-    ("(g2)", "g2"), ("g's", "g"), ("G's", "g"), ("gn", "g"),
+    ("(g2)", "g2"), ("g's", "g"), ("G's", "g"), ("gn", "g"), ("MPa-1", "1/MPa"), ("kPa-1", "1/kPa"),
+    ("GPa-1", "1/GPa"), ("Pa-1", "1/Pa"),
 )  # fmt: skip
 """Of the same unit, in this order."""
 _LONGEST = 200  # characters of a header
@@ -174,7 +179,7 @@ def quantities_of(unit: str) -> list[str]:
     Examples
     --------
     >>> quantities_of("G"), quantities_of("Pa")
-    (['a'], ['storage', 'loss'])
+    (['a'], ['storage', 'loss', 'modulus'])
     """
     return [quantity for quantity, units in UNITS.items() if spelled(unit) in units]
 

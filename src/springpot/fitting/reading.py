@@ -52,9 +52,11 @@ _COLUMNS: dict[str, set[str]] = {
     "a spectrum": {"frequency", "density"},
     "a frequency response": {"frequency", "magnitude", "phase", "real", "imaginary", "coherence"},
     "moduli": {"frequency", "storage", "loss", "tan_delta"},
+    "relaxation": {"time", "modulus"}, "creep": {"time", "compliance"},
 }  # fmt: skip
 _SETTINGS = {
-    "relative_error": ("moduli", "a frequency response"), "averages": ("a spectrum", "a frequency response"),
+    "relative_error": ("moduli", "a frequency response", "relaxation", "creep"),
+    "averages": ("a spectrum", "a frequency response"),
     "sampling_rate_hz": ("a spectrum", "a record"), "window": ("a spectrum",), "segment": ("a spectrum",),
     "noise": ("a spectrum", "a record"), "of": ("a spectrum",), "error": ("impacts",),
     "on": ("a frequency response", "a record"), "interpolation": ("a record",), "start": ("a record",),
@@ -88,6 +90,8 @@ def read_data(
         in text: a header with names and units, then a row for each point:
 
         - moduli: ``frequency_hz``, ``storage_Pa`` and ``loss_Pa``, or one of them; or ``tan delta`` for one of them;
+        - relaxation: ``time_s`` and ``modulus_Pa``; creep: ``time_s`` and ``compliance_1/Pa``; also of a whole part, in
+          ``N/m`` and ``m/N``.  A line at time 0 is left out;
         - a spectrum: ``frequency_hz`` and ``density_m2/Hz`` (of x), ``density_m2/s2/Hz`` (of v), ``density_m2/s4/Hz``
           or ``density_g2/Hz`` (of an acceleration), ``density_N2/Hz`` (of a force, with ``# of = mount_force``);
         - a frequency response: ``frequency_hz``, ``magnitude_m/N`` and ``phase_deg``, or ``real_m/N`` and
@@ -220,14 +224,16 @@ def _made(table: Table, settings: Mapping[str, str], stated: Stated) -> Data:
     first = next((name for name in ("frequency", "time", "before") if name in names), None)
     if first is None:
         raise ValueError("it must have a column frequency_hz (moduli, a spectrum or a frequency response), time_s (a "
-                         "record; or give its rate) or before_m/s (impacts), or the header quantity,value,error "
-                         "(statistics).")  # fmt: skip
+                         "record, relaxation or creep; or give the rate of a record) or before_m/s (impacts), or the "
+                         "header quantity,value,error (statistics).")  # fmt: skip
     for name, count in Counter(names).items():
         if count > 1 and name not in (*_MOTION, *(("force",) if first == "time" else ())):
             raise ValueError(f"{name} must be one column, not {count}: columns= takes the one that is meant.")
     own = {column.quantity: column for column in columns}
-    if first == "time":
+    if first == "time" and not {"modulus", "compliance"} & {*own}:
         return _record(table, settings, stated)
+    if first == "time":
+        return _after_step(_without_zero(table, "time"), settings)
     if first == "before":
         given = _given(own, settings, "impacts")
         if "after" not in own:
@@ -262,12 +268,20 @@ def _complete(moduli: dict[str, Any], tangent: Floats, table: Table) -> None:
             raise ValueError(f"tan delta must be loss / storage, but is not at point {point}: columns= leaves it out.")
 
 
-def _without_zero(table: Table) -> dict[str, Column]:
-    """The columns by what they are, without the line at 0 Hz, of which no model says anything."""
-    frequency = table.of("frequency")[0].values
-    first = int(frequency.size > 1 and frequency[0] == 0.0)
+def _after_step(own: Mapping[str, Column], settings: Mapping[str, str]) -> MeasuredRelaxation | MeasuredCreep:
+    relaxes = "modulus" in own
+    given = _given(own, settings, "relaxation" if relaxes else "creep")
+    if relaxes:
+        return MeasuredRelaxation(own["time"].values, own["modulus"].values, **given)
+    return MeasuredCreep(own["time"].values, own["compliance"].values, **given)
+
+
+def _without_zero(table: Table, name: str = "frequency") -> dict[str, Column]:
+    """The columns by what they are, without the line at 0, of which no model says anything."""
+    at = table.of(name)[0].values
+    first = int(at.size > 1 and at[0] == 0.0)
     if first:
-        table.notes.append("its line at 0 Hz is left out")
+        table.notes.append(f"its line at 0 {'s' if name == 'time' else 'Hz'} is left out")
     return {column.quantity: replace(column, values=column.values[first:]) for column in table.columns}
 
 
