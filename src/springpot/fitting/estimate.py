@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -23,6 +24,7 @@ VAGUE = 0.25
 """Relative error from which numbers of strong correlation are said not to be told apart."""
 
 _PLACES, _STARTS = 40, 2  # drawn between the bounds, and those of them from which the search is repeated
+_SECANTS, _CLOSE = 10, 0.02  # steps to the end of a profile, and how close its rise is to the level
 _AT_BOUND = 1e-3  # of the range, in the coordinates of the search
 _NEAR_BOUND, _LOST = 0.1, 1.0  # of the deviance, by which a number is not on a bound, or is found: one standard error
 
@@ -174,6 +176,69 @@ def profile_along(likelihood: Likelihood, best: Solution, place: int, values: Fl
             except ValueError:
                 break
     return found
+
+
+def profile_ends(
+    likelihood: Likelihood, best: Solution, place: int, covariance: Floats, level: float
+) -> tuple[float, float]:
+    """Where the least deviance has risen by a level on each side of one number; the bound where it does not.
+
+    The root of the rise is nearly linear, so a secant finds each end in a few steps.  Each begins where the numbers
+    would be if all errors were normal.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+    best : Solution
+    place : int
+        Of the number.
+    covariance : ndarray, shape (numbers, numbers)
+        Of the coordinates, all of them free.
+    level : float
+
+    Returns
+    -------
+    low, high : float
+        Coordinates.
+    """
+    own, moves = likelihood.coordinates, np.arange(best.u.size) != place
+    variance, target = float(covariance[place, place]), math.sqrt(level)
+    follows = covariance[:, place] / variance if 0.0 < variance < math.inf else np.zeros(best.u.size)
+    follows = np.where(np.isfinite(follows), follows, 0.0)
+
+    def end_on(side: float) -> float:
+        last = float(own.high[place] if side > 0.0 else own.low[place])
+        reach = abs(last - best.u[place])
+        if reach == 0.0:
+            return last
+        inside, outside = (0.0, 0.0), (math.inf, math.inf)  # distances, and roots of the rise there
+        at, u = min(target * math.sqrt(variance) if variance > 0.0 else reach, reach), best.u
+        for _ in range(_SECANTS):
+            guess = u + follows * (best.u[place] + side * at - u[place])
+            guess[place] = best.u[place] + side * at
+            try:
+                found = likelihood.solve(np.clip(guess, own.low, own.high), moves) if moves.any() else guess
+                root = math.sqrt(max(likelihood.deviance(own.outer(found)) - best.deviance, 0.0))
+            except ValueError:
+                found, root = u, math.inf
+            if abs(root - target) < _CLOSE * target or (at == reach and root < target):
+                break
+            if root < target:
+                inside, u = (at, root), found
+                further = at + (target - root) * at / max(root, 0.2 * target)
+                at = min(further, reach) if math.isinf(outside[0]) else _between(inside, outside, target)
+            else:
+                outside = at, root
+                at = _between(inside, outside, target)
+        return float(best.u[place] + side * at)
+
+    return end_on(-1.0), end_on(1.0)
+
+
+def _between(inside: tuple[float, float], outside: tuple[float, float], target: float) -> float:
+    """Where a line through two points has the target; their middle where one has no value."""
+    share = (target - inside[1]) / (outside[1] - inside[1]) if math.isfinite(outside[1]) else 0.5
+    return inside[0] + min(max(share, 0.05), 0.95) * (outside[0] - inside[0])
 
 
 def correlation_of(covariance: Floats) -> Floats:

@@ -180,13 +180,15 @@ def _fit(model: Any, data: Any, how: How) -> Fit:
     best = search(likelihood, how.seed)
     theta = own.outer(best.u)
     named = own.named(theta)
+    if idle := "" if likelihood.stopped else likelihood.without_influence(theta, best.moves):
+        raise ValueError(idle)
     whole = likelihood.covariance(theta, np.ones(theta.size, bool))
     covariance = np.full(whole.shape, math.nan)
     if best.moves.any():
         slope = own.slope(theta)[best.moves]
         part = whole if best.moves.all() else likelihood.covariance(theta, best.moves)
         covariance[np.ix_(best.moves, best.moves)] = part * np.outer(slope, slope)
-    likelihood.stop = None  # the search has ended, and what is asked of it later is answered
+    likelihood.stop, likelihood.ended = None, True  # what is asked of it later is answered
     # a function keeps its free numbers as its arguments, and the noise of a measurement is no number of the model
     in_model = {} if callable(model) else {name: named[name] for name in free_numbers(model)}
     bic, aicc = _criteria(likelihood, best.deviance)

@@ -158,6 +158,7 @@ class Likelihood(ABC):
     stop: Callable[[], bool] | None = None  # tells whether to end with the best numbers so far
     stopped: bool = False
     least: tuple[float, Floats] | None = None
+    ended: bool = False  # whether the search is over: what follows are profiles
     is_local: bool = False  # whether it knows the model near its solution alone
     simulated: bool = False  # whether it has checked by itself that every number has an influence
 
@@ -202,6 +203,10 @@ class Likelihood(ABC):
     def doubts(self, theta: Floats) -> tuple[str, ...]:
         """One sentence for each reason to doubt the numbers that lies in how the fit was made."""
         return ("The fit was stopped: these are the best numbers so far.",) if self.stopped else ()
+
+    def without_influence(self, theta: Floats, moves: NDArray[np.bool_]) -> str:
+        """One sentence about numbers that change nothing where the search has ended; empty if there are none."""
+        return ""
 
     def ask(self) -> None:
         """Ask whether to go on with the search.

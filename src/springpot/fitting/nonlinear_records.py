@@ -45,6 +45,7 @@ _NODES, _SHARES = np.polynomial.hermite_e.hermegauss(16)
 _SHARES = _SHARES / _SHARES.sum()
 _POSITIONS = 60  # of a wall, from the best of which a search starts where x was not measured
 _STEPS, _GAIN = 40, 1e-3  # of a search at most, and the log-likelihood to be gained where it ends
+_GAIN_OF_PROFILE = 0.02  # the same, on a profile
 _AT_WALLS = 2  # substeps at least, where a wall is struck
 _LONGEST = 0.7  # step of a logarithm
 _SLOPE = 1e-3  # step of differences: of a logarithm, or of a number over its size
@@ -223,7 +224,7 @@ class NonlinearRecordLikelihood(Likelihood):
             else:
                 return u
             gain, u, here = value - here, there, value
-            if gain < _GAIN and damped < 1.0:
+            if gain < (_GAIN_OF_PROFILE if self.ended else _GAIN) and damped < 1.0:
                 return u
             damped = max(damped / 10.0, 1e-6)
         return u
@@ -249,19 +250,16 @@ class NonlinearRecordLikelihood(Likelihood):
         return np.where(steps != 0.0, apart.T / np.where(steps != 0.0, steps, 1.0), 0.0)
 
     def covariance(self, theta: Floats, moves: NDArray[np.bool_]) -> Floats:
-        """The inverse of the sum of the products of the scores.
+        """The inverse of the sum of the products of the scores."""
+        scores = self._scores(self.coordinates.inner(theta))[:, moves]
+        return inverse(scores.T @ scores)
 
-        Raises
-        ------
-        ValueError
-            If a number changes nothing.
-        """
-        scores = self._scores(self.coordinates.inner(theta))
-        names = np.array(self.coordinates.names)
-        if (idle := names[moves & ~scores.any(axis=0)].tolist()) and not self.stopped:
-            why = ", in which no wall is struck," if self.system.of(Barrier) and self._run(theta)[3] < _NONE else ""
-            raise ValueError(f"{listed(idle)} must not be free: the record{why} does not depend on it.")
-        return inverse(scores[:, moves].T @ scores[:, moves])
+    def without_influence(self, theta: Floats, moves: NDArray[np.bool_]) -> str:
+        """Of numbers on which no sample depends."""
+        moved = self._scores(self.coordinates.inner(theta)).any(axis=0)
+        idle = np.array(self.coordinates.names)[moves & ~moved].tolist()
+        why = ", in which no wall is struck," if self.system.of(Barrier) and self._run(theta)[3] < _NONE else ""
+        return f"{listed(idle)} must not be free: the record{why} does not depend on it." if idle else ""
 
     def doubts(self, theta: Floats) -> tuple[str, ...]:
         """Of impacts that are too few, and of those that follow each other too fast."""

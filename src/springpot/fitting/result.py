@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.fitting.estimate import Confusion, Solution, known_together, profile_along
+from springpot.fitting.estimate import Confusion, Solution, known_together, profile_along, profile_ends
 from springpot.fitting.likelihood import Likelihood, Table
 from springpot.fitting.posterior import log_likelihood, log_prior, numbers_in, start_ensemble
 from springpot.machine.arguments import Free, Uncertain, finite_number
@@ -33,7 +33,6 @@ _LARGEST_OF_ORDER = 0.1  # standard error
 _BESIDE_ORDER = 0.9  # correlation with a vague order, from which an interval is that of a profile
 _BESIDE_HELD = 0.5  # the same, where the order is held at a bound: errors of the others are for that value
 _WIDENED = 3  # profiles at most, each three times as wide
-_PROFILED = 11  # points of a profile of which only the interval is shown
 _MOST_WALKERS = 100_000
 
 
@@ -420,7 +419,10 @@ class Fit:
         for number, with_order in zip(own.coordinates.free, beside, strict=True):
             low, high = self._ends(number.name, 0.95)
             if with_order or not number.low <= low < high <= number.high:
-                found[number.name] = self.profile(number.name, _PROFILED).limits
+                place = self._place(number.name)
+                level = self._level * own.scatter(self._theta, int(self._best.moves.sum()))
+                ends = profile_ends(own, self._best, place, self._covariance_of_all, level)
+                found[number.name] = self._outer(place, ends[0]), self._outer(place, ends[1])
         return found
 
     @property
@@ -456,16 +458,12 @@ class Fit:
         >>> [round(end, 3) for end in fit.profile("r").limits]
         [0.687, 0.716]
         """
-        from scipy import stats
-
         place = self._place(name)
         if isinstance(points, bool) or not isinstance(points, int) or points < 5:
             raise ValueError(f"points must be a whole number, at least 5, not {shown(points)}.")
         likelihood, best, own = self._likelihood, self._best, self._likelihood.coordinates
-        variance = float(self._variances[place])
+        variance, level = float(self._covariance_of_all[place, place]), self._level
         reach = 4.0 * math.sqrt(variance) if 0.0 < variance < math.inf else math.inf
-        free = max(self.degrees_of_freedom, 1)
-        level = float(stats.chi2.ppf(0.95, 1) if likelihood.known else stats.t.ppf(0.975, free) ** 2)
         for _ in range(_WIDENED):
             low, high = max(best.u[place] - reach, own.low[place]), min(best.u[place] + reach, own.high[place])
             u = np.unique(np.append(np.linspace(low, high, points), best.u[place]))
@@ -475,9 +473,7 @@ class Fit:
                 break
             reach *= 3.0
         ends = _crossings(u, rise, level, float(best.u[place]))
-        values = [
-            float(own.outer(np.where(np.arange(best.u.size) == place, each, best.u))[place]) for each in (*u, *ends)
-        ]
+        values = [self._outer(place, float(each)) for each in (*u, *ends)]
         return Profile(name, np.array(values[:-2]), np.maximum(rise, 0.0), (values[-2], values[-1]), level)
 
     def predict(self, record: Any) -> Prediction:
@@ -669,9 +665,23 @@ class Fit:
         )
 
     @cached_property
-    def _variances(self) -> Floats:
-        """Of the coordinates, all of them free: beside a number held at a bound they are larger than `errors` say."""
-        return np.diag(self._likelihood.covariance(self._theta, np.ones(self._best.u.size, bool)))
+    def _covariance_of_all(self) -> Floats:
+        """Of the coordinates, all of them free: beside a number held at a bound it is larger than `errors` say."""
+        return self._likelihood.covariance(self._theta, np.ones(self._best.u.size, bool))
+
+    @property
+    def _level(self) -> float:
+        """By how much -2 ln L rises at the ends of an interval of 95 %."""
+        from scipy import stats
+
+        free = max(self.degrees_of_freedom, 1)
+        return float(stats.chi2.ppf(0.95, 1) if self._likelihood.known else stats.t.ppf(0.975, free) ** 2)
+
+    def _outer(self, place: int, u: float) -> float:
+        """A number from its coordinate."""
+        return float(
+            self._likelihood.coordinates.outer(np.where(np.arange(self._best.u.size) == place, u, self._best.u))[place]
+        )
 
     @property
     def _theta(self) -> Floats:
