@@ -139,7 +139,7 @@ def test_rounded_times_are_those_of_the_rate(tmp_path: Path) -> None:
             None,
             "sampling_rate_hz must be left out beside the column of the time",
         ),
-        (bare, None, "time_s .a record; or give its rate"),
+        (bare, None, "time_s .a record, relaxation or creep; or give the rate"),
         (bare, -1.0, "rate must be in .0,.*It is in samples per second"),
     ):
         with pytest.raises(ValueError, match=sentence):

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from springpot.problem.parts.registration import Element, Number, Slopes
+from springpot.problem.parts.registration import Element, Law, Number, Slopes
 
 __all__ = ["PiezoelectricCircuit", "ResonantCircuit"]
 
@@ -36,6 +36,16 @@ class Circuit(Element, abstract=True):
     def load_square(self, w: float) -> float:
         """That square over the one of x, at a frequency."""
         raise NotImplementedError
+
+    @property
+    def stiffness_at_once(self) -> float:
+        """theta^2 / Cp."""
+        return self.coupling**2 / self.capacitance
+
+    @property
+    def slow_springpot(self) -> tuple[float, float]:
+        """The dashpot theta^2 R."""
+        return 1.0, self.coupling**2 * self.resistance
 
     @property
     def together(self) -> Self:
@@ -115,6 +125,10 @@ class PiezoelectricCircuit(Circuit):
             f"R Cp = {self.time:.6g} s"
         )
 
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """Im k(i w) / w."""
+        return self.coupling**2 / self.capacitance * self.time / (1.0 + (frequency * self.time) ** 2), 0.0
+
     def load_square(self, w: float) -> float:
         """The square of V / x, at a frequency."""
         return (self.coupling / self.capacitance * w) ** 2 / (w * w + 1.0 / self.time**2)
@@ -179,6 +193,28 @@ class ResonantCircuit(Circuit):
     def rate(self) -> float:
         """R / L, in 1/s, at which the energy of the free circuit decays."""
         return self.resistance / self.inductance
+
+    @property
+    def rate_of_its_own(self) -> float:
+        """Its frequency."""
+        return self.frequency
+
+    @property
+    def time_of_its_own(self) -> float:
+        """That of the slower of its two motions.
+
+        Examples
+        --------
+        >>> ResonantCircuit(1.0, 0.1, 0.5, 0.5).time_of_its_own
+        5.0
+        """
+        half = 0.5 * self.rate
+        slower = self.frequency**2 / (half + math.sqrt(max(half**2 - self.frequency**2, 0.0)))
+        return 0.5 / min(half, slower)
+
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """Im k(i w) / w."""
+        return self.modulus(1j * frequency).imag / frequency, 0.0
 
     def _closed(self, p: Any) -> Any:
         """theta p over the current that x drives."""

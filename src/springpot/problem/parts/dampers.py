@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
 from springpot.problem.parts.checks import coefficients, put, signed
-from springpot.problem.parts.registration import Element, Number, Part
+from springpot.problem.parts.registration import Element, Law, Number, Part
 
 __all__ = ["Dashpot", "Friction", "PolynomialDashpot", "VanDerPol"]
 
@@ -47,6 +48,23 @@ class Dashpot(Element):
     def linear_damping(self) -> float:
         """c."""
         return self.coefficient
+
+    @property
+    def slow_springpot(self) -> tuple[float, float]:
+        """Itself: of order 1."""
+        return 1.0, self.coefficient
+
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """c <v^2>."""
+        return self.coefficient, 0.0
+
+    def fastest_rate(self, law: Law) -> float:
+        """c."""
+        return self.coefficient
+
+    def strongest_damping(self, spread: float, speed: float) -> float:
+        """c."""
+        return float(self.coefficient)
 
     def measure(self, name: str, frequency: float, resonance: float, own: Part) -> str:
         """Its damping ratio."""
@@ -107,6 +125,36 @@ class PolynomialDashpot(Element):
         """c1."""
         return self.coefficients[0]
 
+    @property
+    def is_rough(self) -> bool:
+        """Whether it is not linear."""
+        return not self.is_linear
+
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """Of a normal velocity: c1 <v^2>, and c2 <|v|^3> + c3 <v^4> beside."""
+        c1, c2, c3 = (*self.coefficients, 0.0, 0.0)[:3]
+        return c1, c2 * math.sqrt(8.0 / math.pi) * law.temperature**1.5 + 3.0 * c3 * law.temperature**2
+
+    def fed_beside(self, law: Law) -> float:
+        """Of the terms that are negative."""
+        c1, c2, _ = (*self.coefficients, 0.0, 0.0)[:3]
+        theta = law.temperature
+        return float(max(-c1, 0.0) * theta + max(-c2, 0.0) * math.sqrt(8.0 / math.pi) * theta**1.5)
+
+    def fastest_rate(self, law: Law) -> float:
+        """That of all that it takes and feeds in."""
+        return _strongest_rate(self, law)
+
+    def damping_beside(self, spread: float, speed: float, reduced: float) -> float:
+        """Of c2 and c3."""
+        _, c2, c3 = (*self.coefficients, 0.0, 0.0)[:3]
+        return math.sqrt(8.0 / math.pi) * c2 * speed + 3.0 * c3 * speed**2
+
+    def strongest_damping(self, spread: float, speed: float) -> float:
+        """With all terms positive."""
+        positive = PolynomialDashpot(tuple(abs(c) for c in self.coefficients)) if self.is_rough else self
+        return positive.linear_damping + (positive.damping_beside(spread, speed, 1.0) if self.is_rough else 0.0)
+
     def term(self) -> str:
         """Its force in the equation of motion."""
         powers = zip(self.coefficients, ("x'", "x'|x'|", "x'^3"), strict=False)
@@ -143,6 +191,31 @@ class VanDerPol(Element):
     ]
     length: Annotated[float, Number("l", "length", "m", "positive", "It is where the damping changes sign.")] = 1.0
 
+    @property
+    def is_rough(self) -> bool:
+        """Always."""
+        return True
+
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """mu (<x^2> - l^2) <v^2>."""
+        return self.coefficient * (law.variance + law.mean**2 - self.length**2), 0.0
+
+    def fed_beside(self, law: Law) -> float:
+        """mu l^2 <v^2>."""
+        return float(self.coefficient * self.length**2 * law.temperature)
+
+    def fastest_rate(self, law: Law) -> float:
+        """That of all that it takes and feeds in."""
+        return _strongest_rate(self, law)
+
+    def damping_beside(self, spread: float, speed: float, reduced: float) -> float:
+        """mu (<x^2> - l^2)."""
+        return float(self.coefficient * (spread**2 - self.length**2))
+
+    def strongest_damping(self, spread: float, speed: float) -> float:
+        """mu (<x^2> + l^2)."""
+        return float(self.coefficient * (spread**2 + self.length**2))
+
     def term(self) -> str:
         """Its force in the equation of motion."""
         return f" + {self.coefficient:.6g} (x^2 - {self.length**2:.6g}) x'"
@@ -178,6 +251,25 @@ class Friction(Element):
 
     force: Annotated[float, Number("F", "force", "N", "unsigned", "It is the size of the friction.")]
 
+    @property
+    def is_rough(self) -> bool:
+        """Always."""
+        return True
+
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """F <|v|> of a normal velocity."""
+        return 0.0, self.force * math.sqrt(2.0 * law.temperature / math.pi)
+
+    def damping_beside(self, spread: float, speed: float, reduced: float) -> float:
+        """F <|v|> / <v^2>."""
+        return math.sqrt(2.0 / math.pi) * self.force / max(speed, 1e-300)
+
     def term(self) -> str:
         """Its force in the equation of motion."""
         return signed(self.force, "sgn(x')")
+
+
+def _strongest_rate(damper: Element, law: Law) -> float:
+    """Power taken and fed in, both counted, over the temperature."""
+    rate, power = damper.taken_from(law, law.frequency)
+    return (rate * law.temperature + power + 2.0 * damper.fed_beside(law)) / law.temperature

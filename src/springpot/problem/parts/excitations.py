@@ -24,7 +24,7 @@ from springpot.machine.faults import FileError, known_word, listed, per_cent, sh
 from springpot.problem.messages import warn_of_file
 from springpot.problem.parts.checks import numbers_in, put
 from springpot.problem.parts.envelopes import Envelope
-from springpot.problem.parts.registration import Element, Ends, Instead, Number, Part, PointName, checked_ends
+from springpot.problem.parts.registration import Element, Ends, Instead, Law, Number, Part, PointName, checked_ends
 from springpot.problem.spectral_density import (
     STANDARD_GRAVITY,
     DensityUnit,
@@ -185,6 +185,10 @@ class WhiteNoise(Excitation):
         """Two-sided spectral density per rad/s."""
         return self.intensity / (2.0 * math.pi)
 
+    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
+        """q / 2, whatever the mass does."""
+        return 0.5 * float(self.intensity) * self.largest_square
+
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
         one_sided = f", one-sided {psd_from_intensity(self.intensity, 'g2/Hz'):.6g} g^2/Hz" if self.of_ground else ""
@@ -228,6 +232,10 @@ class ColoredNoise(Excitation):
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
         return self.variance * self.correlation_time / (math.pi * (1.0 + (w * self.correlation_time) ** 2))
+
+    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
+        """That of white noise with its density at this frequency."""
+        return math.pi * self.density(frequency) * self.largest_square
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
@@ -360,6 +368,10 @@ class KanaiTajimiNoise(GroundNoise):
     intensity: _Before
     on: On = "ground"
 
+    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
+        """That of white noise with its density at this frequency."""
+        return math.pi * self.density(frequency) * self.largest_square
+
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
         ratio, twice = abs(w) / self.frequency, 2.0 * self.damping
@@ -429,6 +441,10 @@ class CloughPenzienNoise(GroundNoise):
     ]
     intensity: _Before
     on: On = "ground"
+
+    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
+        """That of white noise with its density at this frequency."""
+        return math.pi * self.density(frequency) * self.largest_square
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -530,6 +546,16 @@ class Harmonic(Excitation):
     amplitude: Annotated[float, Number("F", "amplitude", "N", "unsigned", "It is that of the force.")]
     frequency: Annotated[float, Number("ν", "frequency", "rad s-1", "positive", "It is in rad/s.")]
     on: On = "mass"
+
+    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
+        """At its own frequency."""
+        taken = max(rate(), 1e-9 * frequency)
+        away = (frequency * frequency - self.frequency**2) ** 2 + (taken * self.frequency) ** 2
+        return 0.5 * self.amplitude**2 * taken * self.frequency**2 / away
+
+    def fastest_rate(self, law: Law) -> float:
+        """Half of its frequency."""
+        return 0.5 * self.frequency
 
     @classmethod
     def from_hz(cls, amplitude: float, unit: RmsUnit, frequency_hz: float, *, on: str = "") -> Harmonic:
@@ -876,6 +902,14 @@ class SpectralExcitation(Excitation):
         taken = rate * w**2 / ((frequency**2 - w**2) ** 2 + (rate * w) ** 2)
         return self.largest_square * self.scale * float(np.trapezoid(density * taken * np.exp(u), u))
 
+    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
+        """That of `power_into`."""
+        return self.power_into(frequency, rate())
+
+    def fastest_rate(self, law: Law) -> float:
+        """That of its lowest frequency: a motion below the band moves with it."""
+        return 2.0 * math.pi * self.frequency[0]
+
     def measure(self, name: str, frequency: float, resonance: float, own: Any) -> str:
         """Its density at the resonance, in the unit of a table and as white noise."""
         q, hertz = 2.0 * math.pi * self.density(resonance), 0.5 * resonance / math.pi
@@ -1127,6 +1161,10 @@ class PoissonImpulses(Excitation):
         """Two-sided spectral density per rad/s."""
         return self.intensity / (2.0 * math.pi)
 
+    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
+        """q / 2, whatever the mass does."""
+        return 0.5 * float(self.intensity) * self.largest_square
+
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
         size = f"mean square {self.mean_square:.6g} {unit('mean_square')}"
@@ -1164,6 +1202,10 @@ class ParametricNoise(Element, Excitation):
         float, Number("q", "intensity", "N2 s m-2", "positive", "It is that of the noise that multiplies x.")
     ]
     envelope: Over = field(default=None, repr=False, kw_only=True)
+
+    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
+        """It grows with the elongation."""
+        return 0.5 * self.intensity * square
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.problem.parts.checks import put
-from springpot.problem.parts.registration import Element, Number
+from springpot.problem.parts.registration import Element, Law, Number
 
 __all__ = ["BoucWen", "Jenkins"]
 
 _MOST = 50.0  # exponent; beyond it is a Jenkins element
 _STIFFNESS = Number("k", "stiffness", "N m-1", "positive", "It is that before anything yields.")
+_HARDLY = 0.01  # of the power of dry friction: a part that takes less of the motion is a spring
 _YIELD_FORCE = Number("F", "yield force", "N", "positive", "It is the largest force that it carries.")
 
 
@@ -33,6 +35,68 @@ class Yielding(Element, abstract=True):
     def yield_displacement(self) -> float:
         """Elongation at which it would yield if it were a spring until then, in m."""
         return self.yield_force / self.stiffness
+
+    @property
+    def is_rough(self) -> bool:
+        """Always."""
+        return True
+
+    @property
+    def stiffness_at_once(self) -> float:
+        """Before it yields."""
+        return self.stiffness
+
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """That of `taken_beside` the spring of the law."""
+        return 0.0, self.taken_beside(law.frequency**2, law.temperature)
+
+    def damping_beside(self, spread: float, speed: float, reduced: float) -> float:
+        """That power over the mean square of its rate."""
+        if not speed > 0.0:
+            return 0.0
+        return reduced * self.per_mass(reduced).taken_beside(0.0, speed**2) / speed**2
+
+    def taken_beside(self, square: float, theta: float) -> float:
+        """Power that it takes of a unit mass beside a stiffness: that of dry friction, times a share.
+
+        The share is small where the motion hardly reaches the yield displacement.
+
+        Examples
+        --------
+        >>> round(Jenkins(0.9, 0.9).taken_beside(0.1, 0.379), 3)  # by simulation 0.035
+        0.046
+        """
+        share = self.share_taken(max(self._reached(square, theta), 1e-5))
+        return float(share * self.yield_force * math.sqrt(2.0 * theta / math.pi))
+
+    def share_taken(self, reached: float) -> float:
+        """Of the power of dry friction, where the motion has this share of the yield displacement."""
+        raise NotImplementedError
+
+    def slow_dashpot(self, square: float, theta: float) -> float:
+        """The dashpot that it is for slow displacements, beside a stiffness and a fast motion; 0 if it hardly yields.
+
+        That of the Maxwell element with its stiffness that takes the same power of the fast motion, or, where this goes
+        far beyond the yield displacement, of the dashpot alone.
+
+        Examples
+        --------
+        >>> round(Jenkins(0.9, 0.9).slow_dashpot(0.1, 0.379), 1), Jenkins(0.9, 9.0).slow_dashpot(0.1, 0.379)
+        (6.5, 0.0)
+        >>> round(BoucWen(0.9, 0.9).slow_dashpot(0.1, 0.234), 1)  # that of linearization is 3.1
+        2.6
+        """
+        taken, fast = self.taken_beside(square, theta), square + self.stiffness
+        if taken < _HARDLY * self.yield_force * math.sqrt(theta):
+            return 0.0
+        if self._reached(square, theta) > 1.0:
+            return taken / theta
+        half = 0.5 * theta * self.stiffness**2 / (fast * taken)
+        return half + math.sqrt(max(half**2 - self.stiffness**2 / fast, 0.0))
+
+    def _reached(self, square: float, theta: float) -> float:
+        """Standard deviation of the elongation over that at which it yields."""
+        return math.sqrt(theta / (square + self.stiffness)) / self.yield_displacement
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -72,6 +136,10 @@ class Jenkins(Yielding):
 
     stiffness: Annotated[float, _STIFFNESS]
     yield_force: Annotated[float, _YIELD_FORCE]
+
+    def share_taken(self, reached: float) -> float:
+        """That of the time beyond the yield displacement."""
+        return math.erfc(math.sqrt(0.5) / reached)
 
     def line(self, name: str) -> str:
         """The law of its z."""
@@ -131,6 +199,10 @@ class BoucWen(Yielding):
         put(self, exponent=finite_number(self.exponent, "exponent", low=1.0, high=_MOST, hint=hint))
         hint = "It is b / (b + g) of b |v| |z|^(n-1) z + g v |z|^n; below 1/2 it would feed some motions."
         put(self, beta=finite_number(self.beta, "beta", low=0.5, high=LARGEST, hint=hint))
+
+    def share_taken(self, reached: float) -> float:
+        """It yields a little everywhere."""
+        return float(1.0 / (1.0 + reached ** -(self.exponent + 1.0)))
 
     def line(self, name: str) -> str:
         """The law of its z."""

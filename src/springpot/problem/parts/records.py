@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from operator import ge
 from pathlib import Path
@@ -222,6 +222,10 @@ class RecordedExcitation(Excitation):
         """Of the values, over the time of each record, and over the records."""
         of_one = _mean_square if self.interpolation == "linear" else _mean_of_squares
         return self.scale**2 * math.fsum(of_one(*record) for record in self.records) / self.count
+
+    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
+        """As noise that is white up to this frequency."""
+        return 0.5 * math.pi * self.mean_square / frequency
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""

@@ -6,6 +6,7 @@ out is refused when its file is imported.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -13,7 +14,7 @@ from functools import cache
 from inspect import get_annotations
 from sys import modules
 from types import SimpleNamespace
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol, Self, get_args, get_origin, get_type_hints
 
 from springpot.machine.arguments import LARGEST, checked_name, finite_number
 from springpot.machine.faults import listed, shown
@@ -32,6 +33,34 @@ PointName = Annotated[str, "the name of a mass or point"]
 Names = Annotated[tuple[str, ...], "the names of masses"]
 Count = Annotated[int, "how many equal parts"]
 GroupName = Annotated[str, "the name of parts whose forces are seen as one"]
+
+
+class Law(Protocol):
+    """A guessed law of a motion of unit mass: what a part is told of it."""
+
+    @property
+    def temperature(self) -> float:
+        """The mean square velocity."""
+
+    @property
+    def frequency(self) -> float:
+        """Of the linear spring with the same variance."""
+
+    @property
+    def mean(self) -> float:
+        """Of the displacement."""
+
+    @property
+    def variance(self) -> float:
+        """Of the displacement."""
+
+    def density_at(self, place: float) -> float:
+        """Of the displacement, at a place."""
+
+    def mean_of(self, function: Callable[[Any], Any]) -> float:
+        """Of a function of the displacement, which takes an array."""
+
+
 _UNMEASURED = (Ends, PointName, Names, Count, GroupName)
 
 _MANY = 100  # numbers of a record
@@ -380,6 +409,60 @@ class Part(Checked):
     def soft_stop(self) -> Any:
         """The contact with its conservative force."""
         return None
+
+    # what it does to a motion of which the size and the frequency are known, roughly: for guesses of scales
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether its damping depends on the size of the motion."""
+        return False
+
+    @property
+    def stiffness_at_once(self) -> float:
+        """Of an arm, a circuit or what yields, before it gives way, in N/m."""
+        return 0.0
+
+    @property
+    def rate_of_its_own(self) -> float:
+        """The frequency of a circuit's own, which the step must follow, in rad/s."""
+        return 0.0
+
+    @property
+    def time_of_its_own(self) -> float:
+        """In which the energy of a circuit with a coil decays where nothing moves, in s."""
+        return 0.0
+
+    @property
+    def slow_springpot(self) -> tuple[float, float]:
+        """Order and coefficient of the springpot that it is for slow motion; the order is 0 if it is none."""
+        return 0.0, 0.0
+
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """What it takes of a motion of unit mass at a frequency: a rate, times the temperature, and a power beside."""
+        return 0.0, 0.0
+
+    def fed_beside(self, law: Law) -> float:
+        """What a damper feeds in, beside what it takes: the net power says nothing of how fast a motion changes."""
+        return 0.0
+
+    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
+        """Power that an excitation feeds into a unit mass of this frequency, decay rate and mean square elongation."""
+        return 0.0
+
+    def fastest_rate(self, law: Law) -> float:
+        """The rate that it adds to those that the step must follow, in 1/s."""
+        return max(math.sqrt(self.stiffness_at_once), self.rate_of_its_own)
+
+    def damping_beside(self, spread: float, speed: float, reduced: float) -> float:
+        """Mean power over the mean square rate of a normal elongation, of what damps beside the linear part.
+
+        ``spread`` and ``speed`` are its standard deviation and that of its rate; ``reduced`` is the mass that moves.
+        """
+        return 0.0
+
+    def strongest_damping(self, spread: float, speed: float) -> float:
+        """Of a damper, with what it feeds in and what it takes both counted."""
+        return 0.0
 
     @property
     def of_ground(self) -> bool:

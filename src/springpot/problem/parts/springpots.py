@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from springpot.machine.arguments import LARGEST, Free, check_plain, finite_number
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import signed
-from springpot.problem.parts.registration import Element, Number, Part, Slopes
+from springpot.problem.parts.registration import Element, Law, Number, Part, Slopes
 from springpot.problem.parts.springs import Spring
 
 __all__ = ["FractionalMaxwell", "Maxwell", "Springpot", "resonance"]
@@ -121,6 +121,19 @@ class Springpot(Element):
         """Those of a spring, if it is one."""
         return (0.0, self.coefficient) if self.order == 0.0 else ()
 
+    @property
+    def slow_springpot(self) -> tuple[float, float]:
+        """Itself."""
+        return self.order, self.coefficient
+
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """Im K(i w) / w."""
+        return self.modulus(1j * frequency).imag / frequency, 0.0
+
+    def fastest_rate(self, law: Law) -> float:
+        """C^(1 / (2 - alpha))."""
+        return self.coefficient ** (1.0 / (2.0 - self.order)) if self.coefficient > 0.0 else 0.0
+
     def measure(self, name: str, frequency: float, resonance: float, own: Part) -> str:
         """Its dimensionless coefficient."""
         strength = self.coefficient * frequency ** (self.order - 2.0)
@@ -206,6 +219,20 @@ class FractionalMaxwell(Element):
         pot = self.springpot
         return f" + F[{self.spring.stiffness:.6g} in series with {pot.coefficient:.6g} D^{pot.order:.6g}]"
 
+    @property
+    def stiffness_at_once(self) -> float:
+        """That of the spring."""
+        return self.spring.stiffness
+
+    @property
+    def slow_springpot(self) -> tuple[float, float]:
+        """That of the springpot."""
+        return self.springpot.slow_springpot
+
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """Im K(i w) / w."""
+        return self.modulus(1j * frequency).imag / frequency, 0.0
+
     def modulus(self, p: Any) -> Any:
         """Force per displacement at the Laplace variable p."""
         pot, k = self.springpot.modulus(p), self.spring.stiffness
@@ -269,6 +296,20 @@ class Maxwell(Element):
     def term(self) -> str:
         """Its force in the equation of motion."""
         return f" + F[{self.stiffness:.6g} in series with {self.coefficient:.6g} D]"
+
+    @property
+    def stiffness_at_once(self) -> float:
+        """That of the spring."""
+        return self.stiffness
+
+    @property
+    def slow_springpot(self) -> tuple[float, float]:
+        """The dashpot."""
+        return 1.0, self.coefficient
+
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """Im K(i w) / w."""
+        return self.modulus(1j * frequency).imag / frequency, 0.0
 
     def modulus(self, p: Any) -> Any:
         """Force per displacement at the Laplace variable p."""

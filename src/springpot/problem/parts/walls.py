@@ -11,7 +11,7 @@ from springpot.machine.arguments import LARGEST, check_plain, finite_number
 from springpot.machine.faults import listed, shown
 from springpot.machine.roots import root_between
 from springpot.problem.parts.checks import Checked, put
-from springpot.problem.parts.registration import Element, Number, check, kind_of, stated_numbers
+from springpot.problem.parts.registration import Element, Law, Number, check, kind_of, stated_numbers
 
 __all__ = [
     "Barrier", "Contact", "PowerRestitution", "Restitution", "RestitutionLaw", "Side", "SoftStop", "Stop",
@@ -204,6 +204,12 @@ class Barrier(Stop):
         """Whether no impact takes energy."""
         return self.restitution == 1.0
 
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """What impacts at the usual speed take, of the flux of a normal velocity."""
+        theta = law.temperature
+        flux = law.density_at(self.position) * math.sqrt(theta / (2.0 * math.pi))
+        return 0.0, flux * (1.0 - restitution_at(self, math.sqrt(2.0 * theta)) ** 2) * theta
+
     def line(self, name: str) -> str:
         """Where it stands and what it does."""
         relation = ">=" if self.free_side == "above" else "<="
@@ -269,6 +275,15 @@ class Contact(SoftStop):
         float, Number("χ", "dissipation", "s m-1", "unsigned", "It is chi of k d^exponent (1 + chi d').")
     ] = 0.0
     free_side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
+
+    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
+        """k <d^p> chi <v^2>."""
+
+        def pushed(x: Any) -> Any:
+            depth = self.inwards * (self.position - x)
+            return (0.5 * (abs(depth) + depth)) ** self.exponent
+
+        return self.dissipation * self.stiffness * law.mean_of(pushed), 0.0
 
     @classmethod
     def linear(cls, position: float, stiffness: float, **others: Any) -> Contact:

@@ -16,7 +16,7 @@ from springpot.simulation.estimate.samples import errors_of_the_start, watched
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, controlled, standard_error, without_doubtful
 from springpot.simulation.plan.motion import Motion
-from springpot.simulation.plan.parts import beat
+from springpot.simulation.plan.scales import beat
 from springpot.simulation.plan.struck import slow_impact_order
 from springpot.simulation.plan.transient import shares_missing
 

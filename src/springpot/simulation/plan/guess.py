@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -21,16 +21,8 @@ from springpot.machine.roots import root_between
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
-    Contact,
-    Dashpot,
-    FractionalMaxwell,
-    Friction,
     Harmonic,
-    Maxwell,
     ParametricNoise,
-    PiezoelectricCircuit,
-    PolynomialDashpot,
-    ResonantCircuit,
     SpectralExcitation,
     Springpot,
     ThermalNoise,
@@ -42,17 +34,8 @@ from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
-from springpot.simulation.plan.parts import (
-    beat,
-    fed_at,
-    rate_of_its_own,
-    slow_dashpot,
-    stiffness_at_once,
-    taken_by_yielding,
-    time_of_its_own,
-)
 from springpot.simulation.plan.pressed import Pressed
-from springpot.simulation.plan.scales import Scales, creep_time
+from springpot.simulation.plan.scales import Scales, beat, creep_time
 from springpot.simulation.plan.schemes import Splitting
 from springpot.simulation.plan.unsprung import held_by_springpots, springpot_alone
 
@@ -109,6 +92,10 @@ class BoltzmannLaw:
         spacing = float(self.places[1] - self.places[0])
         return float(np.interp(place, self.places, self.shares)) / spacing if spacing > 0.0 else math.inf
 
+    def mean_of(self, function: Callable[[Floats], Floats]) -> float:
+        """Of a function of x."""
+        return float(self.shares @ function(self.places))
+
     def drawn(self, chance: Floats) -> Floats:
         """Places below which x lies with these probabilities."""
         edges = np.concatenate([[0.0], np.cumsum(0.5 * (self.shares[1:] + self.shares[:-1]))])
@@ -162,64 +149,21 @@ def _uphill(potential: Potential, start: float, sign: float) -> float:
 
 def dissipated(parts: Iterable[Any], law: BoltzmannLaw, frequency: float | None = None) -> float:
     """Power taken out by dampers, memory and walls per unit mass; at the frequency of the law if none is given."""
-    theta, w = law.temperature, law.frequency if frequency is None else frequency
-    rate, power = 0.0, 0.0
+    w, rate, power = law.frequency if frequency is None else frequency, 0.0, 0.0
     for part in parts:
-        match part:
-            case Dashpot():
-                rate += part.coefficient
-            case PolynomialDashpot():
-                c1, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
-                rate += c1
-                power += c2 * math.sqrt(8.0 / math.pi) * theta**1.5 + 3.0 * c3 * theta**2
-            case Friction():
-                power += part.force * math.sqrt(2.0 * theta / math.pi)
-            case VanDerPol():
-                rate += part.coefficient * (law.variance + law.mean**2 - part.length**2)
-            case Springpot() | FractionalMaxwell() | Maxwell() | ResonantCircuit():
-                rate += part.modulus(1j * w).imag / w
-            case PiezoelectricCircuit():
-                rate += part.coupling**2 / part.capacitance * part.time / (1.0 + (w * part.time) ** 2)
-            case Contact():  # k d^p chi v^2, with v^2 of the temperature
-                pushed = np.maximum(part.inwards * (part.position - law.places), 0.0) ** part.exponent
-                rate += part.dissipation * part.stiffness * float(law.shares @ pushed)
-            case Barrier():
-                flux = law.density_at(part.position) * math.sqrt(theta / (2.0 * math.pi))
-                power += flux * (1.0 - restitution_at(part, math.sqrt(2.0 * theta)) ** 2) * theta
-            case _:
-                power += taken_by_yielding(part, theta, law.frequency**2)
-    return rate * theta + power
-
-
-def _fed_by_dampers(parts: Iterable[Any], law: BoltzmannLaw) -> float:
-    """What dampers with a negative part feed in: their net power says nothing of how fast the motion changes."""
-    theta, power = law.temperature, 0.0
-    for part in parts:
-        match part:
-            case PolynomialDashpot():
-                c1, c2, _ = (*part.coefficients, 0.0, 0.0)[:3]
-                power += max(-c1, 0.0) * theta + max(-c2, 0.0) * math.sqrt(8.0 / math.pi) * theta**1.5
-            case VanDerPol():
-                power += part.coefficient * part.length**2 * theta
-    return power
+        own_rate, own_power = part.taken_from(law, w)
+        rate, power = rate + own_rate, power + own_power
+    return rate * law.temperature + power
 
 
 def _fed(unit: System, law: BoltzmannLaw) -> float:
     """Power fed in by the excitation at this law, per unit mass."""
-    power, w = 0.0, law.frequency
-    for part in unit.parts:
-        match part:
-            case SpectralExcitation():
-                power += part.power_into(w, dissipated(unit.parts, law) / law.temperature)
-            case ParametricNoise():
-                power += 0.5 * part.intensity * (law.variance + law.mean**2)
-            case Harmonic():
-                rate = max(dissipated(unit.parts, law) / law.temperature, 1e-9 * w)
-                away = (w * w - part.frequency**2) ** 2 + (rate * part.frequency) ** 2
-                power += 0.5 * part.amplitude**2 * rate * part.frequency**2 / away
-            case _:
-                power += fed_at(part, w)
-    return power
+
+    def rate() -> float:
+        return dissipated(unit.parts, law) / law.temperature
+
+    square = law.variance + law.mean**2
+    return sum((part.fed_into(law.frequency, rate, square) for part in unit.parts), 0.0)
 
 
 def guessed_law(system: System) -> BoltzmannLaw:
@@ -268,28 +212,15 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
     rates += [_hops(smooth, law, frequency, wall) for wall in walls]
     hops = rate_on_pressed_walls(unit, law)
     rates.append(OF_HOPS * hops)
-    for part in unit.parts:
-        match part:
-            case Springpot() if part.coefficient > 0.0:
-                rates.append(part.coefficient ** (1.0 / (2.0 - part.order)))
-            case Dashpot():
-                rates.append(part.coefficient)
-            case PolynomialDashpot() | VanDerPol():
-                rates.append((dissipated([part], law) + 2.0 * _fed_by_dampers([part], law)) / theta)
-            case Harmonic():
-                rates.append(0.5 * part.frequency)
-            case SpectralExcitation():  # a motion below the band moves with it
-                rates.append(2.0 * math.pi * part.frequency[0])
-            case _:
-                rates.append(max(math.sqrt(stiffness_at_once(part)), rate_of_its_own(part)))
+    rates += [part.fastest_rate(law) for part in unit.parts]
     creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
     # the motion is faster, and loses its energy more slowly, by the stiffness of what has memory
     stiffened = resonance(law.frequency**2, [part for part in unit.parts if part.remembers])
-    taken = dissipated(unit.parts, law, stiffened) + _fed_by_dampers(unit.parts, law)
+    taken = dissipated(unit.parts, law, stiffened) + sum(part.fed_beside(law) for part in unit.parts)
     energy_time = beat(unit) * theta / taken if taken > 0.0 else math.inf
     # the dashpots that the fast motion makes of parts that yield, for slow displacements
-    yielded = sum(slow_dashpot(part, theta, law.frequency**2) for part in unit.of(Yielding))
-    own_time, yielding = max(map(time_of_its_own, unit.parts)), _overdamped_time(yielded, law.frequency)
+    yielded = sum(part.slow_dashpot(law.frequency**2, theta) for part in unit.of(Yielding))
+    own_time, yielding = max(part.time_of_its_own for part in unit.parts), _overdamped_time(yielded, law.frequency)
     settled = max(energy_time, own_time, _hopping_time(law, potential))
     forgetting = _GUESSED * max(energy_time, own_time, 2.0 / law.frequency, 0.5 * yielding)
     return Scales(

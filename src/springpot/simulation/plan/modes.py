@@ -18,32 +18,17 @@ from springpot.machine.arrays import Floats
 from springpot.problem.parts import (
     Barrier,
     Contact,
-    Dashpot,
-    Friction,
     Harmonic,
     ParametricNoise,
-    PolynomialDashpot,
-    SpectralExcitation,
     Springpot,
     ThermalNoise,
-    VanDerPol,
 )
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.walls import restitution_at
 from springpot.problem.system import System
-from springpot.simulation.plan.parts import (
-    beat,
-    fed_at,
-    rate_of_its_own,
-    slow_dashpot,
-    slow_springpot,
-    stiffness_at_once,
-    taken_by_yielding,
-    time_of_its_own,
-)
 from springpot.simulation.plan.pressed import Pressed
 from springpot.simulation.plan.rest import least_forces, walls_at
-from springpot.simulation.plan.scales import Scales, creep_time
+from springpot.simulation.plan.scales import Scales, beat, creep_time
 from springpot.simulation.plan.schemes import Straight
 from springpot.simulation.plan.struck import intensity_along
 from springpot.theory.normal_modes import free_motion
@@ -140,7 +125,7 @@ def _linear(system: System) -> dict[str, tuple[float, float]]:
 
 def _has_size(part: Any) -> bool:
     """Whether its stiffness or damping depends on the size of the motion."""
-    return part.is_bent or is_rough(part)
+    return bool(part.is_bent or part.is_rough)
 
 
 def _stiffness_at(part: Any, spread: float) -> float:
@@ -153,31 +138,6 @@ def _stiffness_at(part: Any, spread: float) -> float:
     return whole
 
 
-def is_rough(part: Any) -> bool:
-    """Whether its damping depends on the size of the motion."""
-    if isinstance(part, PolynomialDashpot):
-        return not part.is_linear
-    return isinstance(part, Friction | VanDerPol | Yielding)
-
-
-def _damping_at(part: Any, spread: float, speed: float, reduced: float = 1.0) -> float:
-    """Power over the mean square velocity, for a normal one, of what a damper does beside its linear part.
-
-    Of a part that yields with the mass that moves along its row.
-    """
-    match part:
-        case Friction():
-            return math.sqrt(2.0 / math.pi) * part.force / max(speed, 1e-300)
-        case VanDerPol():
-            return float(part.coefficient * (spread**2 - part.length**2))
-        case PolynomialDashpot():
-            _, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
-            return math.sqrt(8.0 / math.pi) * c2 * speed + 3.0 * c3 * speed**2
-        case Yielding() if speed > 0.0:
-            return reduced * taken_by_yielding(part.per_mass(reduced), speed**2, 0.0) / speed**2
-    return 0.0
-
-
 def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
     """Mean stiffness and damping of each part with two ends at the size of a motion."""
     found = {}
@@ -187,7 +147,7 @@ def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
             row = system.coordinates.elongations[name]
             spread, speed = modes.spread(row), modes.speed(row)
             stiffness = _stiffness_at(part, spread)
-            damping += _damping_at(part, spread, speed, system.coordinates.reduced(row))
+            damping += part.damping_beside(spread, speed, system.coordinates.reduced(row))
         found[name] = stiffness, damping
     return found
 
@@ -262,11 +222,9 @@ def _with_multiplied(system: System, frequency: Floats, rate: Floats, fed: Float
 
 def _density(part: Any, w: float) -> float:
     """Power that a force of unit modal mass feeds in at a frequency."""
-    if isinstance(part, SpectralExcitation):
-        return part.power_into(max(w, 1e-300), 0.0)
     if isinstance(part, Harmonic):  # as if it were spread over its own frequency
         return 0.5 * part.amplitude**2 / part.frequency
-    return fed_at(part, max(w, 1e-300))
+    return float(part.fed_into(max(w, 1e-300), lambda: 0.0, 0.0))
 
 
 def modal_scales(system: System, modes: Modes) -> Scales:
@@ -293,18 +251,14 @@ def modal_scales(system: System, modes: Modes) -> Scales:
     }
     fastest = [*(_modes(system, _linear(system) | bent).frequency if bent else held)]
     dampers = sum(
-        (
-            _strongest_damping(part, modes.spread(row), modes.speed(row)) * np.outer(row, row)
-            for part, row in elements
-            if isinstance(part, Dashpot | PolynomialDashpot | VanDerPol)
-        ),
+        (part.strongest_damping(modes.spread(row), modes.speed(row)) * np.outer(row, row) for part, row in elements),
         np.zeros((size, size)),
     )
     fastest.append(float(np.linalg.eigvals(at.accelerations(dampers.T).T).real.max()))
-    arms = at.sum_of({name: stiffness_at_once(part) for name, part in system.elements.items()})
+    arms = at.sum_of({name: part.stiffness_at_once for name, part in system.elements.items()})
     fastest.append(math.sqrt(max(float(np.linalg.eigvals(at.accelerations(arms.T).T).real.max()), 0.0)))
     fastest += [0.5 * part.frequency for part in system.of(Harmonic)]
-    fastest += [rate_of_its_own(part) for part in system.elements.values()]
+    fastest += [part.rate_of_its_own for part in system.elements.values()]
     fastest += [
         _rate_in(part, at.reduced(row), _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
     ]
@@ -320,9 +274,10 @@ def modal_scales(system: System, modes: Modes) -> Scales:
         ]
     spreads = [modes.spread(row) for row in at.rows]
     frequency = float(held.min()) if held.size else largest
-    settled = max([*energy, *filter(None, map(time_of_its_own, system.elements.values()))], default=math.inf)
+    own_times = [part.time_of_its_own for part in system.elements.values() if part.time_of_its_own]
+    settled = max([*energy, *own_times], default=math.inf)
     yielding = max(_creep_times(system, _slow_dashpots(system, modes)), default=0.0)
-    slow = ((name, *slow_springpot(part)) for name, part in system.elements.items())
+    slow = ((name, *part.slow_springpot) for name, part in system.elements.items())
     forgotten = max(settled, 2.0 / frequency, 0.5 * yielding, _forgetting_time(system, modes))
     if any(not part.is_linear for part in system.parts):  # the size of the motion is a guess
         forgotten *= _GUESSED
@@ -351,16 +306,6 @@ def _forgetting_time(system: System, modes: Modes) -> float:
     rates = -np.linalg.eigvals(np.block([[none, one], pulls]))
     over = rates.real[(np.abs(rates.imag) <= 1e-9 * rates.real) & (rates.real > 1e-9 * np.abs(rates).max())]
     return 0.5 / float(over.min()) if over.size else 0.0
-
-
-def _strongest_damping(part: Any, spread: float, speed: float) -> float:
-    """Of a damper at the size of the motion, with what it feeds in and takes out both counted."""
-    if isinstance(part, VanDerPol):
-        return float(part.coefficient * (spread**2 + part.length**2))
-    if isinstance(part, PolynomialDashpot) and not part.is_linear:
-        positive = PolynomialDashpot(tuple(abs(c) for c in part.coefficients))
-        return positive.linear_damping + _damping_at(positive, spread, speed)
-    return float(part.linear_damping)
 
 
 def _pressing(system: System, modes: Modes) -> list[tuple[Floats, float]]:
@@ -430,7 +375,7 @@ def _slow_dashpots(system: System, modes: Modes) -> Iterator[tuple[str, float, f
         row = system.coordinates.elongations[name]
         if isinstance(part, Yielding) and (speed := modes.speed(row)) > 0.0:
             reduced = system.coordinates.reduced(row)
-            dashpot = slow_dashpot(part.per_mass(reduced), speed**2, 0.0)
+            dashpot = part.per_mass(reduced).slow_dashpot(0.0, speed**2)
             yield name, 1.0, reduced * dashpot
 
 

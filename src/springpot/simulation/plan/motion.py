@@ -46,7 +46,7 @@ from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_paper import CreepOfPaper
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.loose import Loose, loose_masses
-from springpot.simulation.plan.modes import Modes, is_rough, modes_of
+from springpot.simulation.plan.modes import Modes, modes_of
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.pressed import Pressed
 from springpot.simulation.plan.rest import within_walls
@@ -882,7 +882,7 @@ class Motion:
         losing = {name: part for name, part in elements.items() if part.dissipates}
         if not losing:
             return "nothing dissipates energy, so it grows without limit"
-        lossy = any(isinstance(part, Stop) or is_rough(part) for part in losing.values())
+        lossy = any(isinstance(part, Stop) or part.is_rough for part in losing.values())
         if lossy or np.linalg.matrix_rank([rows[name] for name in losing]) == len(self.rest):
             return ""
         damped = self.modes.damped

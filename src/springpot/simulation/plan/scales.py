@@ -10,8 +10,24 @@ import math
 from dataclasses import dataclass, replace
 
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.parts import Barrier
+from springpot.problem.parts import Barrier, Harmonic
+from springpot.problem.system import System
 from springpot.theory.decay import decay_rate, mean_square_amplitude
+
+
+def beat(system: System) -> float:
+    """How much longer than without a harmonic force the start is felt, and how much more of it is in a mean square.
+
+    What the start leaves beats with the forced motion, 2 exp(-b t) of the square, where without that force only its
+    own square is left, exp(-2 b t).
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import WhiteNoise
+    >>> beat(System(Harmonic(1.0, 2.0))), beat(System(WhiteNoise(1.0)))
+    (2.0, 1.0)
+    """
+    return 2.0 if any(force.amplitude for force in system.of(Harmonic)) else 1.0
 
 
 @dataclass(frozen=True)
