@@ -24,7 +24,8 @@ VAGUE = 0.25
 """Relative error from which numbers of strong correlation are said not to be told apart."""
 
 _PLACES, _STARTS = 40, 2  # drawn between the bounds, and those of them from which the search is repeated
-_SECANTS, _CLOSE = 10, 0.02  # steps to the end of a profile, and how close its rise is to the level
+_FIRST = 0.7  # step of a logarithm, of a number that is hardly known
+_SECANTS, _CLOSE = 12, 0.02  # steps to the end of a profile, and how close its rise is to the level
 _AT_BOUND = 1e-3  # of the range, in the coordinates of the search
 _NEAR_BOUND, _LOST = 0.1, 1.0  # of the deviance, by which a number is not on a bound, or is found: one standard error
 
@@ -183,8 +184,9 @@ def profile_ends(
 ) -> tuple[float, float]:
     """Where the least deviance has risen by a level on each side of one number; the bound where it does not.
 
-    The root of the rise is nearly linear, so a secant finds each end in a few steps.  Each begins where the numbers
-    would be if all errors were normal.
+    The root of the rise is nearly linear, so a secant finds each end in a few steps; where it is not, and a secant
+    comes to the same side again, the middle is taken.  Each step begins where the numbers would be if all errors were
+    normal.
 
     Parameters
     ----------
@@ -212,7 +214,9 @@ def profile_ends(
         if reach == 0.0:
             return last
         inside, outside = (0.0, 0.0), (math.inf, math.inf)  # distances, and roots of the rise there
-        at, u = min(target * math.sqrt(variance) if variance > 0.0 else reach, reach), best.u
+        side_before: bool | None = None
+        first = _FIRST if own.logarithmic[place] else 0.3 * float(own.high[place] - own.low[place])
+        at, u = min(target * math.sqrt(variance) if variance > 0.0 else reach, reach, first), best.u
         for _ in range(_SECANTS):
             guess = u + follows * (best.u[place] + side * at - u[place])
             guess[place] = best.u[place] + side * at
@@ -223,13 +227,16 @@ def profile_ends(
                 found, root = u, math.inf
             if abs(root - target) < _CLOSE * target or (at == reach and root < target):
                 break
+            again = side_before == (root < target)
+            side_before = root < target
             if root < target:
                 inside, u = (at, root), found
-                further = at + (target - root) * at / max(root, 0.2 * target)
-                at = min(further, reach) if math.isinf(outside[0]) else _between(inside, outside, target)
             else:
                 outside = at, root
-                at = _between(inside, outside, target)
+            if math.isinf(outside[0]):
+                at = min(at + (target - root) * at / max(root, 0.2 * target), reach)
+            else:
+                at = 0.5 * (inside[0] + outside[0]) if again else _between(inside, outside, target)
         return float(best.u[place] + side * at)
 
     return end_on(-1.0), end_on(1.0)

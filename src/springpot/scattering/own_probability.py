@@ -2,8 +2,11 @@
 
 Splitting tells the probability of single devices badly: most devices add nothing.  Its logarithm is a smooth function
 of the normal scores of the uncertain numbers, so that a polynomial of them is fitted, by the likelihood of Poisson's
-law.
-Errors are by a jackknife over the repetitions, which have devices of their own.
+law.  Its degree is the one that agrees best with repetitions that are left out.
+
+Errors are by a jackknife over the repetitions, which have devices of their own.  Most devices lie where hardly any
+exceed the level: there a polynomial is continued beyond what it was fitted to.  So intervals reach to the value of the
+polynomial that agrees second best.
 """
 
 from __future__ import annotations
@@ -17,10 +20,10 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.scattering.estimates import BELOW, PREDICTED, Interval, indices_of, jackknifed, one_sided
 from springpot.scattering.stages import Lot, Stage, normal_scores
-from springpot.scattering.surface import Surface, polynomials, powers_of, probability_surface
+from springpot.scattering.surface import Powers, Surface, polynomials, powers_of, probability_surface, surface_missed
 
 _SHARES = 0.5, 0.95  # lower quantiles are of devices that hardly ever exceed the level
-_SETS = (1, 1.0), (2, 1.0)  # of polynomials: straight lines miss the median by a factor of 2 to 5
+_SETS = (1, 1.0), (2, 1.0), (3, 1.0), (4, 1.0)  # of polynomials
 _A_TERM = 4  # devices that exceed the level, for each term of the polynomial
 
 
@@ -40,6 +43,8 @@ class OwnProbability:
         Share of the devices that have more than a limit.
     logarithms : ndarray, shape (1 + repetitions, devices)
         Of the probability of other devices: from all repetitions, and without each of them.
+    others : ndarray, shape (devices,)
+        The same from all repetitions by the second best polynomial.
     """
 
     quantiles: dict[float, Interval]
@@ -48,13 +53,15 @@ class OwnProbability:
     together: dict[str, Interval]
     above: Interval | None
     logarithms: Floats
+    others: Floats
 
     def times_within(self, times: float) -> Interval:
         """By which the mean probability grows where each device has so many times the time."""
+        lines = np.vstack([self.logarithms, self.others])
         with np.errstate(divide="ignore"):
-            own = -np.expm1(times * np.log1p(-np.exp(self.logarithms))).mean(axis=1)
-        logs = np.log(own / np.exp(self.logarithms).mean(axis=1))
-        found = jackknifed(float(logs[0]), logs[1:])
+            own = -np.expm1(times * np.log1p(-np.exp(lines))).mean(axis=1)
+        *logs, other = np.log(own / np.exp(lines).mean(axis=1)).tolist()
+        found = _reaching(jackknifed(logs[0], np.array(logs[1:])), other)
         value, low, high = map(math.exp, (found.value, found.low, found.high))
         return Interval(value, value * found.error, low, high)
 
@@ -76,17 +83,25 @@ def own_probability(stage: Stage, lot: Lot, limit: float | None) -> OwnProbabili
             if np.count_nonzero(values) >= _A_TERM * len(own)]  # fmt: skip
     if not sets or not stage.splits:
         return None
-    powers, size, of = sets[-1], float(values.mean()), np.arange(len(values)) // each
-    normal = (True,) * numbers
-    terms, shares_of_mean = polynomials(stage.scores, normal, powers), values / size
-    coefficients = [probability_surface(terms, shares_of_mean)]
-    coefficients += [probability_surface(terms[of != n], shares_of_mean[of != n]) for n in range(repetitions)]
-    new = polynomials(normal_scores(numbers, lot.plan.settings.seed, PREDICTED), normal, powers)
-    lines = [np.sort(np.minimum(new @ own + math.log(size), 0.0)) for own in coefficients]
+    size, of, normal = float(values.mean()), np.arange(len(values)) // each, (True,) * numbers
+    shares_of_mean, fitted = values / size, list[tuple[float, Powers, list[Floats]]]()
+    for powers in sets:
+        terms = polynomials(stage.scores, normal, powers)
+        own = [probability_surface(terms, shares_of_mean)]
+        own += [probability_surface(terms[of != n], shares_of_mean[of != n]) for n in range(repetitions)]
+        left_out = [surface_missed(terms[of == n], shares_of_mean[of == n], own[n + 1]) for n in range(repetitions)]
+        fitted.append((math.fsum(left_out), powers, own))
+    (_, powers, coefficients), second = [*sorted(fitted, key=lambda each: each[0]), fitted[0]][:2]
+    devices = normal_scores(numbers, lot.plan.settings.seed, PREDICTED)
+
+    def line_of(powers: Powers, own: Floats) -> Floats:
+        return np.sort(np.minimum(polynomials(devices, normal, powers) @ own + math.log(size), 0.0))
+
+    lines, others = [line_of(powers, own) for own in coefficients], line_of(second[1], second[2][0])
 
     def interval(of_line: Callable[[Floats], float]) -> Interval:
         found = [of_line(line) for line in lines]
-        return jackknifed(found[0], np.array(found[1:]))
+        return _reaching(jackknifed(found[0], np.array(found[1:])), of_line(others))
 
     def below(share: float) -> Interval:
         return interval(lambda line: float(np.quantile(line, share)))
@@ -105,6 +120,11 @@ def own_probability(stage: Stage, lot: Lot, limit: float | None) -> OwnProbabili
         above = Interval(share.value, share.error, low, high)
     return OwnProbability(
         quantiles={share: as_probability(below(share)) for share in _SHARES},
-        tolerance=min(math.exp(top.value + one_sided(repetitions, 0.95) * top.error), 1.0),
-        alone=alone, together=together, above=above, logarithms=np.array(lines),
+        tolerance=min(math.exp(max(top.value + one_sided(repetitions, 0.95) * top.error, top.high)), 1.0),
+        alone=alone, together=together, above=above, logarithms=np.array(lines), others=others,
     )  # fmt: skip
+
+
+def _reaching(found: Interval, other: float) -> Interval:
+    """An interval that has another value in it."""
+    return Interval(found.value, found.error, min(found.low, other), max(found.high, other))

@@ -176,8 +176,7 @@ def probability_surface(terms: Floats, values: Floats) -> Floats:
     """
 
     def missed(found: Floats) -> float:
-        line = np.clip(terms @ found, -_FARTHEST, _FARTHEST)
-        return float((np.exp(line) - values * line).sum() + _RIDGE * (found[1:] ** 2).sum())
+        return surface_missed(terms, values, found) + _RIDGE * float((found[1:] ** 2).sum())
 
     found, penalty = np.zeros(terms.shape[1]), np.diag([0.0, *[2.0 * _RIDGE] * (terms.shape[1] - 1)])
     found[0] = math.log(float(values.mean()))
@@ -193,6 +192,12 @@ def probability_surface(terms: Floats, values: Floats) -> Floats:
             break
         found, best = found - share * step, now
     return found
+
+
+def surface_missed(terms: Floats, values: Floats, coefficients: Floats) -> float:
+    """By how much Poisson's law with such a logarithm of its mean misses values, up to a constant: -ln L."""
+    line = np.clip(terms @ coefficients, -_FARTHEST, _FARTHEST)
+    return float((np.exp(line) - values * line).sum())
 
 
 def _inverse(terms: Floats) -> Floats:
