@@ -154,6 +154,10 @@ def test_a_stop_under_records_has_the_speed_of_its_impacts() -> None:
         ((noisy, {"displacement": 0.05}, [1.0]), "duration must be given for noise"),
         ((noisy(1.0), {"displacement": 0.05}, [1.0]), "system must have one recorded excitation"),
         ((linear(several(3, 50)), {}, [1.0]), "limits must be a dict"),
+        (
+            (linear(several(1, 50)), {"displacement": 0.1}, [1.0]),
+            "system must have two or more records: one has a capac",
+        ),
         ((linear(several(3, 50)), {"displacement": -1.0}, [1.0]), "limit of displacement must be"),
         ((linear(several(3, 50)), {"displacement": 1.0}), "intensities must be given for 3 records"),
         ((linear(several(3, 50)), {"x_max": 1.0}, [1.0]), "limits must be of displacement"),

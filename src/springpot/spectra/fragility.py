@@ -50,9 +50,11 @@ def fragility(
         the system, such as ``lambda rms: sp.System(..., sp.KanaiTajimiNoise.from_rms(rms, "g", ...))``.
     limits : dict
         Outputs as in `springpot.response_spectrum`, each with a limit or a list of them, such as
-        ``{"displacement": [0.02, 0.05], "impact_speed": 0.3}``.
+        ``{"displacement": [0.02, 0.05], "impact_speed": 0.3}``.  Displacements and elongations count on both sides; the
+        closing of a gap alone is the displacement of a `Point` at the stop, or an impact.
     intensities : array_like, optional
-        Multiple stripes: all records are scaled to each of these.  If left out, each record is taken as it is, a cloud.
+        Multiple stripes: all records are scaled to each of these, in m/s^2 (of forces in N) or the unit of ``measure``.
+        If left out, each record is taken as it is, a cloud.
     measure : optional
         Of the intensity of a record: ``"peak"``, its largest size, which it is if left out; a pair of a period in s and
         a damping ratio, its pseudo-acceleration there; or a list of numbers, one for each record.
@@ -121,6 +123,8 @@ def fragility(
         size = None
     else:
         name, record = _record_of(checked_system(system))
+        if own is not None and record.count < 2:
+            raise ValueError("system must have two or more records: one has a capacity, and no dispersion.")
         size = _sizes(record, measure)
         factors = [np.ones(size.size)] if own is None else [each / size for each in own]
         systems = [_scaled(system, name, record, each) for each in factors]
