@@ -24,8 +24,11 @@ from typing import Any
 
 import mpmath
 import numpy as np
+from scipy import linalg
 
 import springpot as sp
+from springpot.machine.sampling import band_limited
+from springpot.simulation.lowering import shaping
 
 Floats = np.ndarray
 WORD = 0xFFFFFFFF
@@ -62,6 +65,27 @@ def normals(seed: int, path: int, steps: int, word: int) -> Floats:
     drawn = np.array(found[:steps])
     drawn.flags.writeable = False
     return drawn
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """The random numbers of one source on one path: those of the counter words from its first on."""
+
+    draw: Callable[..., Floats]
+    seed: int
+    path: int
+    first: int
+
+    def normals(self, steps: int, word: int = 0) -> Floats:
+        return self.draw(self.seed, self.path, steps, self.first + word)
+
+    def words(self, group: int) -> list[int]:
+        return philox(self.seed, self.path, group, self.first)
+
+    @property
+    def uniform(self) -> float:
+        """Between 0 and 1, one for the whole path."""
+        return (self.words(0)[0] + 0.5) / 2.0**32
 
 
 # -------------------------------------------------------------------------------------------------------- memory
@@ -124,6 +148,7 @@ class Row:
     weights: Floats = field(default_factory=lambda: np.zeros(0))  # of the increments, newest first
     answer: float = 0.0
     memories: list[Any] = field(default_factory=list)
+    shaken: list[sp.ParametricNoise] = field(default_factory=list)
     dampers: list[tuple[str, Damper]] = field(default_factory=list)
     contacts: list[tuple[str, sp.Contact]] = field(default_factory=list)
     increments: Increments = field(default_factory=lambda: Increments(0))
@@ -251,41 +276,179 @@ class Damper:
 
 
 # ------------------------------------------------------------------------------------------------------ excitation
-def harmonic(part: sp.Harmonic, seed: int, path: int, steps: int, h: float, word: int) -> Floats:
+def harmonic(part: sp.Harmonic, h: float, steps: int, draw: Numbers) -> Floats:
     """Impulses of a force whose phase is drawn once for each path."""
-    phase = 2.0 * math.pi * (philox(seed, path, 0, word)[0] + 0.5) / 2.0**32
+    phase = 2.0 * math.pi * draw.uniform
     ends = part.frequency * h * np.arange(steps + 1) + phase
     return part.amplitude / part.frequency * np.diff(np.sin(ends))
 
 
-def poisson(part: sp.PoissonImpulses, seed: int, path: int, steps: int, h: float, word: int) -> Floats:
+def poisson(part: sp.PoissonImpulses, h: float, steps: int, draw: Numbers) -> Floats:
     """In each step a number of impulses by the inverse of its law, and for their sum one normal."""
-    sizes, found = normals(seed, path, steps, word + 1), np.zeros(steps)
+    sizes, found = draw.normals(steps, 1), np.zeros(steps)
     for n in range(steps):
-        left, count = (philox(seed, path, n // 4, word)[n % 4] + 0.5) / 2.0**32, 0
+        left, count = (draw.words(n // 4)[n % 4] + 0.5) / 2.0**32, 0
         chance = math.exp(-part.rate * h)
         while left > chance > 0.0:
             left, count = left - chance, count + 1
             chance *= part.rate * h / count
         found[n] = math.sqrt(count * part.mean_square) * sizes[n]
-    return found
+    return found * envelope_of(part, h, steps)[1:]
 
 
-def recorded(part: sp.RecordedExcitation, seed: int, path: int, steps: int, h: float, word: int) -> Floats:
+def recorded(part: sp.RecordedExcitation, h: float, steps: int, draw: Numbers) -> Floats:
     """Impulses of the straight lines between the points of a record; each path has its record, in turn or drawn."""
-    taken = path % part.count
+    taken = draw.path % part.count
     if part.is_drawn and part.count > 1:
-        taken = philox(seed, path, 0, word)[0] * part.count >> 32
+        taken = draw.words(0)[0] * part.count >> 32
     times, values = (np.array(each, float) for each in part.records[taken])
     times, ends = times - times[0], h * np.arange(steps + 1)
+    if part.interpolation == "band-limited":  # lines between points of the signal, eight or more in a step
+        fold = min(max(math.ceil(8.0 * times[-1] / (len(times) - 1) / h), 1), 32)
+        values = band_limited(values, fold)
+        times = np.linspace(0.0, times[-1], len(values))
     at = np.union1d(times, ends[ends <= times[-1]])
     height = part.scale * np.interp(at, times, values)
     whole = np.append(0.0, np.cumsum(0.5 * np.diff(at) * (height[1:] + height[:-1])))
     return np.diff(np.interp(ends, at, whole))
 
 
+def white(part: sp.WhiteNoise, h: float, steps: int, draw: Numbers) -> Floats:
+    """Of noise with an envelope."""
+    return math.sqrt(part.intensity * h) * envelope_of(part, h, steps)[1:] * draw.normals(steps)
+
+
+def envelope_of(part: Any, h: float, steps: int) -> Floats:
+    """By which noise is multiplied: at time 0, and in the middle of each step."""
+    times = np.append(0.0, h * (np.arange(steps) + 0.5))
+    return np.ones(steps + 1) if part.envelope is None else np.asarray(part.envelope.at(times))
+
+
+@dataclass
+class Filter:
+    """Of white noise: the force is c.y, with y' = a y + white noise of the covariance b per time.
+
+    States come in twos; that of colored noise has one beside it that is silent.
+    """
+
+    a: Floats
+    b: Floats
+    c: Floats
+
+    @classmethod
+    def of(cls, part: Any, time: float) -> Filter:
+        """That of a noise, as it is at a time."""
+        if isinstance(part, sp.ColoredNoise):
+            return cls.of_arms([(part.variance, 1.0 / part.correlation_time)], 1.0)
+        if isinstance(part, sp.SpectralExcitation):  # the rational density that was fitted to the table
+            fitted = shaping.filter_of(shaping.shape_of(part, ""), 0.5 * part.scale * max(part.psd), 2.0 * math.pi)
+            return cls(fitted.matrix, fitted.noise, fitted.output)
+        w, twice = part.frequency + part.frequency_rate * time, 2.0 * part.damping
+        ground, felt = [[0.0, 1.0], [-w * w, -twice * w]], [w * w, twice * w]
+        if isinstance(part, sp.KanaiTajimiNoise):
+            return cls(np.array(ground), np.diag([0.0, part.intensity]), np.array(felt))
+        u, own = part.base_frequency, 2.0 * part.base_damping
+        a, b = np.zeros((4, 4)), np.diag([0.0, part.intensity, 0.0, 0.0])
+        a[:2, :2], a[2, 3], a[3] = ground, 1.0, [*felt, -u * u, -own * u]
+        return cls(a, b, a[3])
+
+    @classmethod
+    def of_arms(cls, arms: list[tuple[float, float]], temperature: float) -> Filter:
+        """Exponentially correlated noises, of variances and rates, times the temperature."""
+        arms = arms + [(0.0, 1.0)] * (len(arms) % 2)
+        strengths, rates = np.array(arms).T
+        return cls(np.diag(-rates), np.diag(2.0 * temperature * strengths * rates), (strengths > 0.0).astype(float))
+
+    def over(self, h: float) -> tuple[Floats, Floats]:
+        """After a step, the state and behind it the impulse: from the state before it, and the covariance of noise."""
+        size = len(self.c) + 1
+        joint = np.zeros((2 * size, 2 * size))
+        joint[size:-1, size:-1], joint[size:-1, -1], joint[: size - 1, size:-1] = self.a.T, self.c, self.b
+        joint[:size, :size] = -joint[size:, size:].T
+        power = linalg.expm(h * joint)  # by Van Loan
+        move = power[size:, size:].T
+        return move, move @ power[:size, size:]
+
+    def stationary(self) -> Floats:
+        """Covariance of the state."""
+        return np.asarray(linalg.solve_continuous_lyapunov(self.a, -self.b))
+
+
+def filtered(part: Any, h: float, steps: int, draw: Numbers) -> Floats:
+    """Impulses of noise through a filter; where it has an envelope, its white noise is multiplied by that.
+
+    They are a Gaussian sequence.  Each is foreseen from all earlier ones, by the best guess of the state of the filter,
+    but for one normal: the filter of Kalman, which is exact however short the correlation time.
+    """
+    sizes, squares = draw.normals(steps), envelope_of(part, h, steps) ** 2
+    times = np.append(0.0, h * (np.arange(steps) + 0.5)) if getattr(part, "frequency_rate", 0.0) else [0.0, 0.0]
+    filters = [Filter.of(part, time) for time in times]
+    laws = [each.over(h) for each in filters[1:]] * (steps if len(filters) == 2 else 1)
+    guess, unsure = np.zeros(len(filters[0].c)), squares[0] * filters[0].stationary()  # and its covariance
+    if part.envelope is None and not isinstance(part, sp.CloughPenzienNoise):
+        guess, unsure = begun(filters[0], laws[0], 0.0, draw)
+    return foreseen(laws, squares[1:], guess, unsure, 0.0, sizes)
+
+
+def spectral(part: sp.SpectralExcitation, h: float, steps: int, draw: Numbers) -> Floats:
+    """Noise of a given density, multiplied itself; a little white noise is added for the sake of the arithmetic."""
+    own = Filter.of(part, 0.0)
+    move, noise = own.over(h)
+    more = 1e-8 * float(move[-1, :-1] @ own.stationary() @ move[-1, :-1] + noise[-1, -1])
+    found = foreseen(
+        [(move, noise)] * steps, np.ones(steps), *begun(own, (move, noise), more, draw), more, draw.normals(steps)
+    )
+    return found * envelope_of(part, h, steps)[1:]
+
+
+def matched(arms: list[tuple[float, float]], c: float, temperature: float, h: float, steps: int, draw: Numbers) -> Floats:
+    """The noise of Maxwell's arms, of strengths and rates, and of a dashpot beside them, at a temperature."""
+    own, more = Filter.of_arms(arms, temperature), 2.0 * temperature * c * h
+    law = own.over(h)
+    return foreseen([law] * steps, np.ones(steps), *begun(own, law, more, draw), more, draw.normals(steps))
+
+
+def foreseen(
+    laws: list[tuple[Floats, Floats]], squares: Floats, guess: Floats, unsure: Floats, more: float, sizes: Floats
+) -> Floats:
+    """Impulses from the laws of the steps, the squares of an envelope in them, and normals; ``more`` is white."""
+    found = np.zeros(len(sizes))
+    for n, (move, noise) in enumerate(laws):
+        seen, variance, gain, left = observed(move, squares[n] * noise, unsure, more)
+        root = math.sqrt(variance)
+        found[n] = seen @ guess + root * sizes[n]
+        guess = move[:-1, :-1] @ guess + (gain / root * sizes[n] if root > 0.0 else 0.0)
+        unsure = left
+    return found
+
+
+def observed(move: Floats, noise: Floats, unsure: Floats, more: float) -> tuple[Floats, float, Floats, Floats]:
+    """What an impulse shows of the state; its variance and what it changes of the guess, before it; what is unsure then."""
+    move, seen = move[:-1, :-1], move[-1, :-1]
+    variance = float(seen @ unsure @ seen + noise[-1, -1]) + more
+    gain = move @ unsure @ seen + noise[:-1, -1]
+    left = move @ unsure @ move.T + noise[:-1, :-1]
+    return seen, variance, gain, left - (np.outer(gain, gain) / variance if variance > 0.0 else 0.0)
+
+
+def begun(own: Filter, law: tuple[Floats, Floats], more: float, draw: Numbers) -> tuple[Floats, Floats]:
+    """Of stationary noise the guess at time 0, from normals by a triangle, and its covariance after endless time."""
+    stationary = unsure = own.stationary()
+    for _ in range(5000):
+        left = observed(*law, unsure, more)[3]
+        if np.abs(left - unsure).max() <= 1e-16 * np.abs(left).max():
+            break
+        unsure = left
+    values, vectors = np.linalg.eigh(stationary - unsure)
+    root = np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T)[1].T
+    sizes = np.concatenate([draw.normals(4, 64 + k) for k in range(-(-len(root) // 4))])
+    return np.tril(root) @ sizes[: len(root)], unsure
+
+
 GIVEN: dict[type, Callable[..., Floats]] = {
-    sp.Harmonic: harmonic, sp.PoissonImpulses: poisson, sp.RecordedExcitation: recorded,
+    sp.Harmonic: harmonic, sp.PoissonImpulses: poisson, sp.RecordedExcitation: recorded, sp.WhiteNoise: white,
+    sp.ColoredNoise: filtered, sp.KanaiTajimiNoise: filtered, sp.CloughPenzienNoise: filtered,
+    sp.SpectralExcitation: spectral,
 }  # fmt: skip
 
 
@@ -363,7 +526,9 @@ def walk(
         elif isinstance(part, sp.PolynomialDashpot):
             row.remember(part, h, steps)
             row.dampers.append((name, Damper(part, row.mass, h)))
-        elif not isinstance(part, sp.ParametricNoise):
+        elif isinstance(part, sp.ParametricNoise):
+            row.shaken.append(part)
+        else:
             row.dampers.append((name, Damper(part, row.mass, h)))
     if flight:
         (only,) = rows.values()
@@ -371,7 +536,7 @@ def walk(
     contacts = [(name, part, row) for row in rows.values() for name, part in row.contacts]
     dampers = [(name, each, row) for row in rows.values() for name, each in row.dampers]
     solve = np.linalg.inv(at.mass + h * sum(row.answer * np.outer(row.g, row.g) for row in rows.values()))
-    constant, impulses, smooth = _excitation(system, h, steps, seed, path, words, draw)
+    constant, impulses, smooth = _excitation(system, [*rows.values()], h, steps, seed, path, words, draw)
 
     impacts: list[Impact] = []
     rest: list[Rest] = []
@@ -627,7 +792,7 @@ def _is_rough(system: sp.System, wall: sp.Barrier, row: Row) -> bool:
     at, parts = system.coordinates, dict(system.named())
     driven = [
         force for name, force in at.forces.items()
-        if isinstance(parts[name], sp.PoissonImpulses) or getattr(parts[name], "intensity", 0.0) > 0.0
+        if isinstance(parts[name], sp.PoissonImpulses | sp.WhiteNoise) and parts[name].intensity > 0.0
     ]  # fmt: skip
     shaken = [at.elongations[name] for name, part in parts.items() if isinstance(part, sp.ParametricNoise)]
     rough = any(abs(row.jump @ each) > 1e-12 * (np.abs(row.jump) @ np.abs(each)) for each in [*driven, *shaken])
@@ -656,34 +821,50 @@ def _meetings(
 
 
 def _excitation(
-    system: sp.System, h: float, steps: int, seed: int, path: int, words: int, draw: Callable[..., Floats]
-) -> tuple[Floats, Callable[[int, Floats], Floats], Callable[[int], Floats]]:
-    """The impulses on the masses in a step: constant; those of step n, at x; and of these what changes little."""
+    system: sp.System, rows: list[Row], h: float, steps: int, seed: int, path: int, words: int,
+    draw: Callable[..., Floats],
+) -> tuple[Floats, Callable[[int, Floats], Floats], Callable[[int], Floats]]:  # fmt: skip
+    """The impulses on the masses in a step: constant; those of step n, at x; and of these what changes little.
+
+    White noise has the first counter words, one each; all else has 128 words each behind them.
+    """
     at, parts = system.coordinates, dict(system.named())
-    constant, white, shaken, given = np.zeros(len(at.names)), [], [], []
+    constant, rough, shaken, given = np.zeros(len(at.names)), [], [], []
+
+    def numbers() -> Numbers:
+        return Numbers(draw, seed, path, words + 128 * len(given))
+
     for name, force in at.forces.items():
         part = parts[name]
+        if part.of_ground and not isinstance(part, sp.Harmonic | sp.RecordedExcitation):
+            force = -force  # of noise, whose sign means nothing, it is the acceleration of the masses
         if isinstance(part, sp.Constant):
             constant = constant + h * part.force * force
-        elif isinstance(part, sp.WhiteNoise):
-            white.append(math.sqrt(part.intensity * h) * np.abs(force))
-        elif type(part) in GIVEN:
-            row = GIVEN[type(part)](part, seed, path, steps, h, words)
-            given.append((row, force, not isinstance(part, sp.PoissonImpulses)))
-            words += 128
+        elif isinstance(part, sp.WhiteNoise) and part.envelope is None:
+            rough.append(math.sqrt(part.intensity * h) * force)
         else:
-            raise NotImplementedError(name)
-    for name, part in parts.items():
-        if isinstance(part, sp.ParametricNoise):
-            shaken.append((at.elongations[name], math.sqrt(part.intensity * h)))
-    drawn = [draw(seed, path, steps, word) for word in range(len(white) + len(shaken))]
+            impulses = GIVEN[type(part)](part, h, steps, numbers())
+            given.append((impulses, force, not isinstance(part, sp.PoissonImpulses | sp.WhiteNoise)))
+    for thermal in system.of(sp.ThermalNoise):
+        for row in rows:
+            c = sum(part.coefficient for part in row.memories if isinstance(part, sp.Dashpot))
+            arms = [(part.stiffness, part.stiffness / part.coefficient) for part in row.memories
+                    if isinstance(part, sp.Maxwell)]  # fmt: skip
+            if arms:
+                given.append((matched(arms, c, thermal.temperature, h, steps, numbers()), row.g, False))
+            elif c:
+                rough.append(math.sqrt(2.0 * thermal.temperature * c * h) * row.g)
+    for row in rows:
+        for part in row.shaken:
+            shaken.append((row.g, math.sqrt(part.intensity * h) * envelope_of(part, h, steps)[1:]))
+    drawn = [draw(seed, path, steps, word) for word in range(len(rough) + len(shaken))]
 
     def at_step(n: int, x: Floats) -> Floats:
         found = np.zeros(len(at.names))
-        for force, numbers in zip(white, drawn, strict=False):
-            found = found + force * numbers[n]
-        for (g, root), numbers in zip(shaken, drawn[len(white) :], strict=True):
-            found = found + root * abs(float(g @ x)) * numbers[n] * g
+        for force, sizes in zip(rough, drawn, strict=False):
+            found = found + force * sizes[n]
+        for (g, root), sizes in zip(shaken, drawn[len(rough) :], strict=True):
+            found = found + root[n] * abs(float(g @ x)) * sizes[n] * g
         return found + sum((row[n] * force for row, force, _ in given), np.zeros(len(at.names)))
 
     def smooth(n: int) -> Floats:
