@@ -367,7 +367,8 @@ class Filter:
         joint[:size, :size] = -joint[size:, size:].T
         power = linalg.expm(h * joint)  # by Van Loan
         move = power[size:, size:].T
-        return move, move @ power[:size, size:]
+        noise = move @ power[:size, size:]
+        return move, 0.5 * (noise + noise.T)
 
     def stationary(self) -> Floats:
         """Covariance of the state."""
@@ -414,31 +415,20 @@ def foreseen(
     """Impulses from the laws of the steps, the squares of an envelope in them, and normals; ``more`` is white."""
     found = np.zeros(len(sizes))
     for n, (move, noise) in enumerate(laws):
-        seen, variance, gain, left = observed(move, squares[n] * noise, unsure, more)
-        root = math.sqrt(variance)
+        spread, move, seen = squares[n] * noise, move[:-1, :-1], move[-1, :-1]
+        root = math.sqrt(seen @ unsure @ seen + spread[-1, -1] + more)
+        gain = (move @ unsure @ seen + spread[:-1, -1]) / root if root > 0.0 else 0.0 * seen
         found[n] = seen @ guess + root * sizes[n]
-        guess = move[:-1, :-1] @ guess + (gain / root * sizes[n] if root > 0.0 else 0.0)
-        unsure = left
+        guess = move @ guess + gain * sizes[n]
+        unsure = move @ unsure @ move.T + spread[:-1, :-1] - np.outer(gain, gain)
     return found
-
-
-def observed(move: Floats, noise: Floats, unsure: Floats, more: float) -> tuple[Floats, float, Floats, Floats]:
-    """What an impulse shows of the state; its variance and what it changes of the guess, before it; what is unsure then."""
-    move, seen = move[:-1, :-1], move[-1, :-1]
-    variance = float(seen @ unsure @ seen + noise[-1, -1]) + more
-    gain = move @ unsure @ seen + noise[:-1, -1]
-    left = move @ unsure @ move.T + noise[:-1, :-1]
-    return seen, variance, gain, left - (np.outer(gain, gain) / variance if variance > 0.0 else 0.0)
 
 
 def begun(own: Filter, law: tuple[Floats, Floats], more: float, draw: Numbers) -> tuple[Floats, Floats]:
     """Of stationary noise the guess at time 0, from normals by a triangle, and its covariance after endless time."""
-    stationary = unsure = own.stationary()
-    for _ in range(5000):
-        left = observed(*law, unsure, more)[3]
-        if np.abs(left - unsure).max() <= 1e-16 * np.abs(left).max():
-            break
-        unsure = left
+    (move, noise), stationary = law, own.stationary()
+    each = move[:-1, :-1].T, move[-1:, :-1].T, noise[:-1, :-1], noise[-1:, -1:] + more
+    unsure = linalg.solve_discrete_are(*each, s=noise[:-1, -1:])
     values, vectors = np.linalg.eigh(stationary - unsure)
     root = np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T)[1].T
     sizes = np.concatenate([draw.normals(4, 64 + k) for k in range(-(-len(root) // 4))])
@@ -455,22 +445,48 @@ GIVEN: dict[type, Callable[..., Floats]] = {
 # ------------------------------------------------------------------------------------------------------------ steps
 @dataclass
 class Path:
-    """What was seen of a path: the state at 0, h, 2h, ..., and each impact."""
+    """What was seen of a path: the state at 0, h, 2h, ..., and each impact; and what its kicks were made of."""
 
     x: Floats
     v: Floats
     impacts: list[Impact]
     rest: list[Rest] = field(default_factory=list)
+    touches: list[Touch] = field(default_factory=list)
+    kicks: list[Kick] = field(default_factory=list)
 
 
 @dataclass
 class Impact:
     """Where and when, and its closing speed; and the momentum that the wall took."""
 
-    step: int  # of the drift
+    step: int  # of the drift; -1 before the first kick
     wall: str
     speed: float
     momentum: float
+    late: bool = False  # in the second half of the drift, after its observation
+
+
+@dataclass
+class Touch:
+    """Of a soft contact: as an impact, and the largest force of the contact, once it is over."""
+
+    step: int
+    wall: str
+    speed: float
+    late: bool
+    force: float = 0.0
+    ended: tuple[int, bool] | None = None  # in which drift, and whether late in it
+
+
+@dataclass
+class Kick:
+    """What observers are told of a kick, along each row and of all sources that are smooth."""
+
+    elongation: dict[tuple[float, ...], float]
+    rate: dict[tuple[float, ...], float]  # mean of those before and after it
+    pull: dict[tuple[float, ...], float]  # force of dashpots and memory
+    given: dict[str, float]  # impulses of the sources
+    work: float  # of these
 
 
 @dataclass
@@ -536,15 +552,18 @@ def walk(
     contacts = [(name, part, row) for row in rows.values() for name, part in row.contacts]
     dampers = [(name, each, row) for row in rows.values() for name, each in row.dampers]
     solve = np.linalg.inv(at.mass + h * sum(row.answer * np.outer(row.g, row.g) for row in rows.values()))
-    constant, impulses, smooth = _excitation(system, [*rows.values()], h, steps, seed, path, words, draw)
+    constant, impulses, smooth, sources = _excitation(system, [*rows.values()], h, steps, seed, path, words, draw)
 
     impacts: list[Impact] = []
     rest: list[Rest] = []
+    touches: list[Touch] = []
+    kicks: list[Kick] = []
     x, v = x + np.zeros(len(at.names)), v + np.zeros(len(at.names))
     pressing = constant
     by_name = {name: (wall, row) for name, wall, row in walls}
     restful = {name for name, wall, row in walls if not wall.is_elastic and not _is_rough(system, wall, row)}
     resting = [name for name in by_name if name in restful and _lies(*by_name[name], x, v)]
+    touching: dict[str, Touch] = {}
     leant: dict[str, float] = {}  # impulses of the walls in the last kick
     given = 0.0  # the acceleration by the last kick of a mass that turns
 
@@ -625,7 +644,7 @@ def walk(
     def fly(left: float, since: float, n: int) -> None:
         """Half a drift: the earliest impact first.  It begins at ``since`` after the middle between two kicks."""
         nonlocal x, v
-        end, most = since + left, 0.0  # the largest change of a velocity by an impact
+        end, late, most = since + left, since >= 0.0, 0.0  # the largest change of a velocity by an impact
         if flight and resting:
             if presses(resting[0]) > 0.0 or _is_bent(by_name[resting[0]][0]):
                 bear(n, resting[0], left)
@@ -663,7 +682,7 @@ def walk(
                 continue
             change = max(true + r * true, speed)
             v = v + side * change * row.jump
-            impacts.append(Impact(n, name, true, row.mass * change))
+            impacts.append(Impact(n, name, true, row.mass * change, late))
             resting[:] = [one for one in resting if one != name and _rate(*by_name[one], v) <= ROUNDING * most]
             if flight and change == speed and _is_bent(wall):  # held by the spring until the end
                 resting.append(name)
@@ -681,20 +700,42 @@ def walk(
         short = 0.5 * h / substeps
         for k in range(substeps if contacts else 0):
             fly(0.5 * short, since + k * short, n)
-            touch(short)
+            touch(n, since >= 0.0)
+            squeeze(short)
             fly(0.5 * short, since + (k + 0.5) * short, n)
+            touch(n, since >= 0.0)
 
-    def touch(short: float) -> None:
+    def squeeze(short: float) -> None:
         """A kick by the contacts alone; the dissipation k d^p chi d' with the mean of the rates before and after."""
         nonlocal v
-        for _, part, row in contacts:
+        for name, part, row in contacts:
             rate, force = float(row.g @ v), _elastic(part, float(row.g @ x))
             share = 0.5 * short * abs(force) * part.dissipation / row.mass
-            v = v + (short * force / row.mass - 2.0 * share * rate) / (1.0 + share) * row.jump
+            change = (short * force / row.mass - 2.0 * share * rate) / (1.0 + share)
+            v = v + change * row.jump
+            if name in touching:
+                touching[name].force = max(touching[name].force, part.inwards * change * row.mass / short)
+
+    def touch(n: int, late: bool) -> None:
+        """Touches begin and end where flights do."""
+        for name, part, row in contacts:
+            is_inside = _elastic(part, float(row.g @ x)) != 0.0
+            if is_inside and name not in touching:
+                touching[name] = Touch(n, name, abs(float(row.g @ v)), late)
+                touches.append(touching[name])
+            elif not is_inside and name in touching:
+                touching.pop(name).ended = n, late
+
+    def told(n: int, middle: Floats) -> Kick:
+        rates = {g: float(row.g @ middle) for g, row in rows.items()}
+        pulls = {g: row.pull(rates[g]) for g, row in rows.items()}
+        work = sum(row[n] * float(force @ middle) for row, force in sources.values())
+        u = {g: float(row.g @ x) for g, row in rows.items()}
+        return Kick(u, rates, pulls, {name: float(row[n]) for name, (row, _) in sources.items()}, work)
 
     seen = [(x.copy(), v.copy())]
     before = x.copy()
-    fly(0.5 * h, 0.0, 0)
+    fly(0.5 * h, 0.0, -1)
     early = [row.jumped(remembered, h, steps) for row in rows.values()] if remembered else []
     x = x + sum(early)
     for n in range(steps):
@@ -712,7 +753,7 @@ def walk(
             u, rate = float(row.g @ x), float(row.g @ v)
             force = row.push(u) - row.pull(rate) - (row.drive[n] if remembered else 0.0)
             impulse = impulse + h * force * row.g
-        leant, change = {}, solve @ impulse
+        leant, change, leaving = {}, solve @ impulse, v
         v = v + change
         held = bool(flight and resting)
         if held:
@@ -722,6 +763,7 @@ def walk(
             leaving = hold_turning(n, share * moving, moving, not dampers)
         elif resting:
             hold(n)
+        kicks.append(told(n, 0.5 * (leaving + v)))
         for _, damper, row in reversed(dampers):
             rate = float(row.g @ v)
             more = (damper.follow(n, float(row.g @ x), rate, True) - rate) * row.jump
@@ -737,7 +779,7 @@ def walk(
         drift(-0.5 * h, n)
         seen.append((x.copy(), v.copy()))
         drift(0.0, n)
-    return Path(*(np.array(each) for each in zip(*seen, strict=True)), impacts, rest)
+    return Path(*(np.array(each) for each in zip(*seen, strict=True)), impacts, rest, touches, kicks)
 
 
 def walk_as_printed(
@@ -823,13 +865,14 @@ def _meetings(
 def _excitation(
     system: sp.System, rows: list[Row], h: float, steps: int, seed: int, path: int, words: int,
     draw: Callable[..., Floats],
-) -> tuple[Floats, Callable[[int, Floats], Floats], Callable[[int], Floats]]:  # fmt: skip
-    """The impulses on the masses in a step: constant; those of step n, at x; and of these what changes little.
+) -> tuple[Floats, Callable[[int, Floats], Floats], Callable[[int], Floats], dict[str, tuple[Floats, Floats]]]:  # fmt: skip
+    """The impulses on the masses in a step: constant; those of step n, at x; of these what changes little; the sources.
 
     White noise has the first counter words, one each; all else has 128 words each behind them.
     """
     at, parts = system.coordinates, dict(system.named())
     constant, rough, shaken, given = np.zeros(len(at.names)), [], [], []
+    sources: dict[str, tuple[Floats, Floats]] = {}  # that feed something in
 
     def numbers() -> Numbers:
         return Numbers(draw, seed, path, words + 128 * len(given))
@@ -844,14 +887,20 @@ def _excitation(
             rough.append(math.sqrt(part.intensity * h) * force)
         else:
             impulses = GIVEN[type(part)](part, h, steps, numbers())
-            given.append((impulses, force, not isinstance(part, sp.PoissonImpulses | sp.WhiteNoise)))
+            is_smooth = not isinstance(part, sp.PoissonImpulses | sp.WhiteNoise)
+            given.append((impulses, force, is_smooth))
+            sources |= {name: (impulses, force)} if is_smooth else {}
     for thermal in system.of(sp.ThermalNoise):
         for row in rows:
             c = sum(part.coefficient for part in row.memories if isinstance(part, sp.Dashpot))
             arms = [(part.stiffness, part.stiffness / part.coefficient) for part in row.memories
                     if isinstance(part, sp.Maxwell)]  # fmt: skip
+            if {*map(type, row.memories)} - {sp.Dashpot, sp.Maxwell}:
+                raise NotImplementedError("the noise of springpots is that of the exponentials of the kernel")
             if arms:
-                given.append((matched(arms, c, thermal.temperature, h, steps, numbers()), row.g, False))
+                impulses = matched(arms, c, thermal.temperature, h, steps, numbers())
+                given.append((impulses, row.g, False))
+                sources[f"{thermal} of row {len(given)}"] = impulses, row.g
             elif c:
                 rough.append(math.sqrt(2.0 * thermal.temperature * c * h) * row.g)
     for row in rows:
@@ -870,4 +919,4 @@ def _excitation(
     def smooth(n: int) -> Floats:
         return sum((row[n] * force for row, force, slow in given if slow), np.zeros(len(at.names)))
 
-    return constant, at_step, smooth
+    return constant, at_step, smooth, sources
