@@ -11,6 +11,8 @@ impulse, as long as there is something to take; else the row leaves with half of
 middle of the step it has begun to move.
 
 The memory of a springpot is the sum over all its earlier increments, as long as the path: slow, and without error.
+
+What is made of a path, means, counts, first passages and so on, is in `tests/reference_observers.py`.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ from springpot.machine.sampling import band_limited
 from springpot.simulation.lowering import shaping
 
 Floats = np.ndarray
+Sources = dict[str, tuple[Floats, Floats]]  # impulses of each step, and the forces on the coordinates per unit
 WORD = 0xFFFFFFFF
 ROUNDING = 1e-9  # of what an impact or a kick changes: the velocity of a row that rests
 
@@ -402,11 +405,19 @@ def spectral(part: sp.SpectralExcitation, h: float, steps: int, draw: Numbers) -
     return found * envelope_of(part, h, steps)[1:]
 
 
-def matched(arms: list[tuple[float, float]], c: float, temperature: float, h: float, steps: int, draw: Numbers) -> Floats:
-    """The noise of Maxwell's arms, of strengths and rates, and of a dashpot beside them, at a temperature."""
-    own, more = Filter.of_arms(arms, temperature), 2.0 * temperature * c * h
+def matched(memories: list[Any], temperature: float, h: float, steps: int, draw: Numbers) -> Floats:
+    """The noise at a temperature of Maxwell's arms and of dashpots beside them."""
+    if {*map(type, memories)} - {sp.Dashpot, sp.Maxwell}:
+        raise NotImplementedError("the noise of springpots is that of the exponentials of the kernel")
+    arms = [(part.stiffness, part.stiffness / part.coefficient) for part in memories if isinstance(part, sp.Maxwell)]
+    own, more = Filter.of_arms(arms, temperature), 2.0 * temperature * h * dashpots_in(memories)
     law = own.over(h)
     return foreseen([law] * steps, np.ones(steps), *begun(own, law, more, draw), more, draw.normals(steps))
+
+
+def dashpots_in(memories: list[Any]) -> float:
+    """The sum of their coefficients."""
+    return sum(part.coefficient for part in memories if isinstance(part, sp.Dashpot))
 
 
 def foreseen(
@@ -865,22 +876,22 @@ def _meetings(
 def _excitation(
     system: sp.System, rows: list[Row], h: float, steps: int, seed: int, path: int, words: int,
     draw: Callable[..., Floats],
-) -> tuple[Floats, Callable[[int, Floats], Floats], Callable[[int], Floats], dict[str, tuple[Floats, Floats]]]:  # fmt: skip
+) -> tuple[Floats, Callable[[int, Floats], Floats], Callable[[int], Floats], Sources]:  # fmt: skip
     """The impulses on the masses in a step: constant; those of step n, at x; of these what changes little; the sources.
 
     White noise has the first counter words, one each; all else has 128 words each behind them.
     """
     at, parts = system.coordinates, dict(system.named())
     constant, rough, shaken, given = np.zeros(len(at.names)), [], [], []
-    sources: dict[str, tuple[Floats, Floats]] = {}  # that feed something in
+    sources: Sources = {}  # that feed something in
 
     def numbers() -> Numbers:
         return Numbers(draw, seed, path, words + 128 * len(given))
 
     for name, force in at.forces.items():
         part = parts[name]
-        if part.of_ground and not isinstance(part, sp.Harmonic | sp.RecordedExcitation):
-            force = -force  # of noise, whose sign means nothing, it is the acceleration of the masses
+        if part.of_ground and not isinstance(part, sp.RecordedExcitation):
+            force = -force  # all else is drawn, and its sign means nothing
         if isinstance(part, sp.Constant):
             constant = constant + h * part.force * force
         elif isinstance(part, sp.WhiteNoise) and part.envelope is None:
@@ -892,17 +903,12 @@ def _excitation(
             sources |= {name: (impulses, force)} if is_smooth else {}
     for thermal in system.of(sp.ThermalNoise):
         for row in rows:
-            c = sum(part.coefficient for part in row.memories if isinstance(part, sp.Dashpot))
-            arms = [(part.stiffness, part.stiffness / part.coefficient) for part in row.memories
-                    if isinstance(part, sp.Maxwell)]  # fmt: skip
-            if {*map(type, row.memories)} - {sp.Dashpot, sp.Maxwell}:
-                raise NotImplementedError("the noise of springpots is that of the exponentials of the kernel")
-            if arms:
-                impulses = matched(arms, c, thermal.temperature, h, steps, numbers())
+            if any(not isinstance(part, sp.Dashpot) for part in row.memories):
+                impulses = matched(row.memories, thermal.temperature, h, steps, numbers())
                 given.append((impulses, row.g, False))
                 sources[f"{thermal} of row {len(given)}"] = impulses, row.g
-            elif c:
-                rough.append(math.sqrt(2.0 * thermal.temperature * c * h) * row.g)
+            elif row.memories:
+                rough.append(math.sqrt(2.0 * thermal.temperature * h * dashpots_in(row.memories)) * row.g)
     for row in rows:
         for part in row.shaken:
             shaken.append((row.g, math.sqrt(part.intensity * h) * envelope_of(part, h, steps)[1:]))

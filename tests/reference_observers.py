@@ -14,6 +14,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -50,9 +51,10 @@ class Window:
         """Whether the observation that comes next is of it: the second half of a drift is that of the next step."""
         return self.low <= step + late < self.high
 
-    def impacts(self, path: Path, *walls: str) -> list[Impact]:
-        """Those on some walls, or on all."""
-        return [each for each in path.impacts if self.holds(each.step, each.late) and each.wall in (walls or [each.wall])]
+    def impacts(self, path: Path, wall: str = "") -> list[Impact]:
+        """Those on a wall, or on all."""
+        inside = [each for each in path.impacts if self.holds(each.step, each.late)]
+        return [each for each in inside if wall in ("", each.wall)]
 
 
 # ------------------------------------------------------------------------------------------------------------- means
@@ -256,22 +258,29 @@ def _inside(before: float, now: float, rises: float, falls: float, h: float) -> 
     return None if top < 0.0 else h * s * (1.0 - math.sqrt(top / (top - before)))
 
 
-def passage_rate(times: Sequence[float], since: float, horizon: float) -> tuple[int, float]:
-    """How often the level was passed after a time, and for how long all paths were watched until they did."""
-    events = sum(since < time < math.inf for time in times)
-    return events, sum(max(min(time, horizon) - since, 0.0) for time in times)
+def watched(times: Floats, since: float, until: float) -> float:
+    """For how long all paths together, after a time and until another one, had not passed yet."""
+    return float(np.maximum(np.minimum(times, until) - since, 0.0).sum())
+
+
+def passage_rate(times: Floats, since: float, horizon: float) -> tuple[int, float, Floats]:
+    """Passages after a time, and their number per time of all paths until they pass; and when they were in this time.
+
+    As shares of the whole, these are uniform if the rate is constant.
+    """
+    late = np.sort(times[(times > since) & (times < math.inf)])
+    whole = watched(times, since, horizon)
+    return late.size, late.size / whole, np.array([watched(times, since, time) / whole for time in late])
 
 
 # ---------------------------------------------------------------------------------------------------------- profiles
-def profile(
-    values: Callable[[int], float], edges: Sequence[int], window: Window
-) -> list[float]:  # fmt: skip
+def profile(values: Callable[[int], float], edges: Sequence[int], window: Window) -> list[float]:
     """Means over bins of whole steps, by the trapezoidal rule; ``values`` are those at the ends of the steps.
 
     Where the window begins, the first state stands for the one before it.
     """
     found = []
-    for begin, end in zip(edges, edges[1:], strict=False):
+    for begin, end in pairwise(edges):
         ends = values(begin - 1 if begin > window.low else begin), values(end - 1)
         total = sum(values(n) for n in range(begin, end)) + 0.5 * (ends[0] - ends[1])
         found.append(total / (end - begin))
@@ -280,10 +289,7 @@ def profile(
 
 def impacts_in_bins(impacts: Sequence[Impact], edges: Sequence[int]) -> list[list[float]]:
     """Speeds of those in the drifts of the steps of each bin: the last of them end half a step after it."""
-    return [
-        [each.speed for each in impacts if begin <= max(each.step, 0) < end]
-        for begin, end in zip(edges, edges[1:], strict=False)
-    ]
+    return [[each.speed for each in impacts if begin <= max(each.step, 0) < end] for begin, end in pairwise(edges)]
 
 
 def powers(system: sp.System, path: Path, edges: Sequence[int], h: float, solve: Floats) -> list[tuple[float, float]]:
@@ -298,7 +304,7 @@ def powers(system: sp.System, path: Path, edges: Sequence[int], h: float, solve:
     expected = 0.5 * float((sum(rough, 0.0 * free) * free).sum())
     at_once = expected - 0.5 * float((sum(rough, 0.0 * free) * solve).sum())
     found = []
-    for begin, end in zip(edges, edges[1:], strict=False):
+    for begin, end in pairwise(edges):
         own = path.kicks[begin:end]
         taken = np.mean([sum(kick.pull[g] * kick.rate[g] for g in kick.pull) for kick in own])
         found.append((float(taken) + at_once, float(np.mean([kick.work for kick in own])) / h + expected))
@@ -341,7 +347,7 @@ def cycles(turns: Sequence[tuple[float, bool]], first: float, last: float) -> Cy
                 found.ranges.append((closed, 1.0))
                 del stack[-2:]
         stack.append(point)
-    found.ranges += [(abs(b - a), 0.5) for a, b in zip(stack, stack[1:], strict=False)]
+    found.ranges += [(abs(b - a), 0.5) for a, b in pairwise(stack)]
     return found
 
 
