@@ -30,6 +30,7 @@ from scipy import linalg
 
 import springpot as sp
 from springpot.machine.sampling import band_limited
+from springpot.memory.exponential_sum import power_law_sum, shared_span
 from springpot.simulation.lowering import shaping
 
 Floats = np.ndarray
@@ -368,9 +369,12 @@ class Filter:
         joint = np.zeros((2 * size, 2 * size))
         joint[size:-1, size:-1], joint[size:-1, -1], joint[: size - 1, size:-1] = self.a.T, self.c, self.b
         joint[:size, :size] = -joint[size:, size:].T
-        power = linalg.expm(h * joint)  # by Van Loan
+        halvings = max(0, math.ceil(math.log2(h * np.abs(joint).sum(axis=1).max())) + 1)  # of fast filters
+        power = linalg.expm(0.5**halvings * h * joint)  # by Van Loan
         move = power[size:, size:].T
         noise = move @ power[:size, size:]
+        for _ in range(halvings):
+            move, noise = move @ move, noise + move @ noise @ move.T
         return move, 0.5 * (noise + noise.T)
 
     def stationary(self) -> Floats:
@@ -406,11 +410,26 @@ def spectral(part: sp.SpectralExcitation, h: float, steps: int, draw: Numbers) -
 
 
 def matched(memories: list[Any], temperature: float, h: float, steps: int, draw: Numbers) -> Floats:
-    """The noise at a temperature of Maxwell's arms and of dashpots beside them."""
-    if {*map(type, memories)} - {sp.Dashpot, sp.Maxwell}:
-        raise NotImplementedError("the noise of springpots is that of the exponentials of the kernel")
+    """The noise at a temperature of Maxwell's arms and springpots, and of dashpots beside them.
+
+    That of a springpot has its kernel as covariance, which is taken for a sum of exponentials from 1/64 of a step on,
+    and what these lack of its integral up to 1/16 for white.
+    """
     arms = [(part.stiffness, part.stiffness / part.coefficient) for part in memories if isinstance(part, sp.Maxwell)]
-    own, more = Filter.of_arms(arms, temperature), 2.0 * temperature * h * dashpots_in(memories)
+    flat = dashpots_in(memories)
+    for part in memories:
+        if isinstance(part, sp.FractionalMaxwell):
+            raise NotImplementedError("the noise of FractionalMaxwell")
+        if isinstance(part, sp.Springpot):
+            law, c = (
+                power_law_sum(part.order, 1 / 64, float(shared_span(steps)), 1e-4),
+                part.coefficient * h**-part.order,
+            )
+            strengths, near = c * law.weights / math.gamma(1.0 - part.order), 1 / 16
+            arms += zip(strengths.tolist(), (law.rates / h).tolist(), strict=True)
+            kept = float((strengths * -np.expm1(-law.rates * near) / law.rates).sum())
+            flat += h * max(c * near ** (1.0 - part.order) / math.gamma(2.0 - part.order) - kept, 0.0)
+    own, more = Filter.of_arms(arms, temperature), 2.0 * temperature * h * flat
     law = own.over(h)
     return foreseen([law] * steps, np.ones(steps), *begun(own, law, more, draw), more, draw.normals(steps))
 
@@ -496,6 +515,7 @@ class Kick:
     elongation: dict[tuple[float, ...], float]
     rate: dict[tuple[float, ...], float]  # mean of those before and after it
     pull: dict[tuple[float, ...], float]  # force of dashpots and memory
+    yielding: dict[str, float]  # forces of the parts that yield
     given: dict[str, float]  # impulses of the sources
     work: float  # of these
 
@@ -742,7 +762,11 @@ def walk(
         pulls = {g: row.pull(rates[g]) for g, row in rows.items()}
         work = sum(row[n] * float(force @ middle) for row, force in sources.values())
         u = {g: float(row.g @ x) for g, row in rows.items()}
-        return Kick(u, rates, pulls, {name: float(row[n]) for name, (row, _) in sources.items()}, work)
+        yielding = {
+            name: damper.part.stiffness * (float(row.g @ x) - damper.slider) for name, damper, row in dampers
+            if isinstance(damper.part, sp.Jenkins | sp.BoucWen)
+        }  # fmt: skip
+        return Kick(u, rates, pulls, yielding, {name: float(row[n]) for name, (row, _) in sources.items()}, work)
 
     seen = [(x.copy(), v.copy())]
     before = x.copy()

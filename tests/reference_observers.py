@@ -98,12 +98,17 @@ def force_of(part: Any, g: Floats, kick: Kick, dashpots: float) -> float:
     u, rate, pull = (each[tuple(g)] for each in (kick.elongation, kick.rate, kick.pull))
     if isinstance(part, sp.Spring | sp.PolynomialSpring):
         return sum(k * u**power for power, k in enumerate(part.force_coefficients()))
-    if isinstance(part, sp.Dashpot):
-        return part.coefficient * rate
+    if isinstance(part, sp.Dashpot | sp.PolynomialDashpot):
+        return linear(part) * rate
     if isinstance(part, sp.Contact):
         depth = max(part.inwards * (part.position - u), 0.0)
         return -part.inwards * part.stiffness * depth**part.exponent * (1.0 - part.inwards * part.dissipation * rate)
     return pull - dashpots * rate
+
+
+def linear(part: sp.Dashpot | sp.PolynomialDashpot) -> float:
+    """The coefficient of its linear force."""
+    return float(part.coefficients[0] if isinstance(part, sp.PolynomialDashpot) else part.coefficient)
 
 
 def forces(system: sp.System, path: Path, h: float) -> dict[str, Floats]:
@@ -114,10 +119,13 @@ def forces(system: sp.System, path: Path, h: float) -> dict[str, Floats]:
     at, parts = system.coordinates, dict(system.named())
     dashpots = dict.fromkeys(map(tuple, at.elongations.values()), 0.0)
     for name, g in at.elongations.items():
-        if isinstance(parts[name], sp.Dashpot):
-            dashpots[tuple(g)] += parts[name].coefficient
+        if isinstance(parts[name], sp.Dashpot | sp.PolynomialDashpot):
+            dashpots[tuple(g)] += linear(parts[name])
     own = {
-        name: np.array([force_of(parts[name], g, kick, dashpots[tuple(g)]) for kick in path.kicks])
+        name: np.array([
+            kick.yielding[name] if name in kick.yielding else force_of(parts[name], g, kick, dashpots[tuple(g)])
+            for kick in path.kicks
+        ])
         for name, g in at.elongations.items() if not isinstance(parts[name], sp.Barrier)
     }  # fmt: skip
     whole = -sum(np.outer(force, at.elongations[name]) for name, force in own.items())
@@ -138,20 +146,12 @@ def bin_of(value: float) -> float:
     return math.copysign(math.ldexp(math.floor(128.0 * part) / 128.0, power), value)
 
 
-def distributions(
-    u: Floats, w: Floats, impacts: Sequence[Impact], place: float, frequency: float, window: Window, every: int
-) -> dict[str, Counter[float]]:
-    """How many numbers are in each bin: of x as it is seen from the wall, v, amplitude, and the speeds of impacts.
+def distribution(values: Callable[[int], float], window: Window, every: int) -> Counter[float]:
+    """How many numbers are in each bin, of the values at the ends of steps: of one in so many groups.
 
-    ``frequency`` is that of the circle on which the mass turns.  Of states one in so many groups is counted.
+    Displacements are counted as they are seen from their wall.
     """
-    at = [max(n, window.low) + 1 for n in window.states(GROUP * every)]
-    return {
-        "x": Counter(bin_of(u[i] - place) for i in at),
-        "v": Counter(bin_of(w[i]) for i in at),
-        "amplitude": Counter(bin_of(math.hypot(u[i], w[i] / frequency)) for i in at),
-        "impact_speed": Counter(bin_of(each.speed) for each in impacts),
-    }
+    return Counter(bin_of(values(max(n, window.low))) for n in window.states(GROUP * every))
 
 
 # ---------------------------------------------------------------------------------------------------------- spectrum
@@ -175,41 +175,43 @@ class Quantity:
     """
 
     value: Callable[[float, float, float], float]  # of t, x, v
-    shift: Callable[[float, float, float], float] = lambda t, x, v: 0.0
+    shift: Callable[..., float] = lambda t, x, v, root: 0.0  # of the root, too: 0.5826 times what noise brings to v
     slope: Callable[[float, float], float] | None = None  # of x, v
 
     @classmethod
-    def of(cls, name: str, level: float, above: bool, root: float, *, w: float = 1.0, middle: float = 0.0) -> Quantity:
-        """By its name; ``root`` is .5826 times what white noise brings to v in a step, and w that of the spring."""
+    def of(cls, name: str, level: float, *, above: bool = True, w: float = 1.0, middle: float = 0.0) -> Quantity:
+        """By its name, with the frequency w of the spring; of a force its value stands for x."""
         sign = 1.0 if above else -1.0
         if name == "x":
             return cls(lambda t, x, v: sign * (x - level), slope=lambda x, v: sign * v)
         if name == "distance":
             return cls(lambda t, x, v: abs(x - middle) - level, slope=lambda x, v: v if x > middle else -v)
-        if name == "v":
-            return cls(lambda t, x, v: sign * (v - level), lambda t, x, v: root)
+        if name in ("v", "force"):
+            number = 1 if name == "v" else 0
+            return cls(lambda t, *state: sign * (state[number] - level), lambda t, x, v, root: root)
         if name == "speed":
-            return cls(lambda t, x, v: abs(v - middle) - level, lambda t, x, v: root)
-        most = level if name == "energy" else 0.5 * (w * level) ** 2
-        return cls(lambda t, x, v: 0.5 * (v * v + (w * x) ** 2) - most, lambda t, x, v: root * abs(v))
+            return cls(lambda t, x, v: abs(v - middle) - level, lambda t, x, v, root: root)
+        most = level if name == "energy" else 0.5 * (w * level) ** 2  # or the amplitude
+        return cls(lambda t, x, v: 0.5 * (v * v + (w * x) ** 2) - most, lambda t, x, v, root: root * abs(v))
 
     @classmethod
-    def of_user(cls, function: Callable[[float, float, float], float], level: float, root: float) -> Quantity:
+    def of_user(cls, function: Callable[[float, float, float], float], level: float) -> Quantity:
         """A function of t, x and v."""
         return cls(
             lambda t, x, v: function(t, x, v) - level,
-            lambda t, x, v: 0.5 * abs(function(t, x, v + root) - function(t, x, v - root)),
+            lambda t, x, v, root: 0.5 * abs(function(t, x, v + root) - function(t, x, v - root)),
         )
 
 
 def first_passage(
-    quantity: Quantity, u: Floats, w: Floats, window: Window, *, from_start: bool,
-    impacts: Sequence[Impact] = (), place: float = 0.0, inwards: float = 1.0,
+    quantity: Quantity, u: Floats, w: Floats, window: Window, roots: Floats, *, from_start: bool,
+    impacts: Sequence[Impact | Touch] = (), place: float = 0.0, inwards: float = 1.0,
 ) -> float:  # fmt: skip
     """When a quantity first passes its level, since the first state that counts; infinite if it does not.
 
-    ``from_start``: the state at time 0 counts.  Of a group the hardest impact counts, in the step in which the velocity
-    turns from the wall, or at the end of the group: the state just before it is that of the middle of the step.
+    ``from_start``: the state at time 0 counts; ``roots``: of each step.  Of a group the hardest impact counts, in the
+    step in which the velocity turns from the wall, or at the end of the group: the state just before it is that of the
+    middle of the step.
     """
     h, begin = window.h, 0.0 if from_start else window.h * (window.low + 1)
     for n in window.states():
@@ -222,8 +224,8 @@ def first_passage(
         before = quantity.value(t - h, u[n], w[n])
         if n == 0 and before >= 0.0:
             return 0.0
-        before += quantity.shift(t - h, u[n], w[n])
-        shifted = now + quantity.shift(t, u[i], w[i])
+        before += quantity.shift(t - h, u[n], w[n], roots[n])
+        shifted = now + quantity.shift(t, u[i], w[i], roots[n])
         if shifted >= 0.0:
             return t - begin - (h * shifted / (shifted - before) if before < 0.0 else h)
         if quantity.slope is not None:
@@ -236,7 +238,7 @@ def first_passage(
     return math.inf
 
 
-def hardest(n: int, w: Floats, window: Window, impacts: Sequence[Impact], inwards: float) -> float:
+def hardest(n: int, w: Floats, window: Window, impacts: Sequence[Impact | Touch], inwards: float) -> float:
     """The speed of the hardest impact of a group, if step n is the one in which it is looked at."""
     first = n - n % GROUP
     speeds = [each.speed for each in impacts if first <= max(each.step, 0) < first + GROUP]

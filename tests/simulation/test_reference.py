@@ -18,6 +18,7 @@ from scipy import stats
 import springpot as sp
 from springpot.simulation.kernel.entries import FILL_NORMALS
 from springpot.simulation.kernel.normals import key_words
+from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import Ensemble, simulation_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import Run
@@ -305,6 +306,9 @@ SOURCES: dict[str, tuple[Any, ...]] = {
     ),
     "density": (sp.SpectralExcitation(*DENSITY),),
     "density with an envelope": (sp.SpectralExcitation(*DENSITY, on="b", envelope=SOONER),),
+    "matched to springpots": (
+        sp.Springpot(0.4, 0.5, between=A), sp.Springpot(0.2, 0.3, between=AB), sp.ThermalNoise(0.7),
+    ),
     "matched": (sp.Maxwell(0.8, 0.5, between=A), sp.Maxwell(0.4, 0.1, between=A), sp.ThermalNoise(0.7)),
     "harmonic": (sp.Harmonic(0.8, 1.3, on="ground"),),
     "band-limited record": (
@@ -324,14 +328,13 @@ def of_kernel(seed: int, path: int, steps: int, word: int) -> np.ndarray:
     return out[0].astype(float)
 
 
-@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
 @pytest.mark.parametrize("name", SOURCES)
 def test_sources(name: str) -> None:
     dampers = sp.Dashpot(0.2, between=A), sp.Dashpot(0.1, between=AB)
     springs = sp.Spring(1.3, between=A), sp.Spring(0.7, between=AB)
     system = sp.System(sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), *springs, *dampers, *SOURCES[name])
     paths, steps = 1 if name in ("band-limited record", "harmonic") else 2, 200
-    run = sp.simulate(
+    run = simulated(
         system, paths=paths, duration=STEP * steps, step=STEP, window=(0.0, STEP * steps), record=paths, start="rest",
         initial_position=START, memory_tolerance=DOUBLE, seed=SEED,
     )  # fmt: skip
@@ -384,8 +387,7 @@ class Both:
 
     @cached_property
     def run(self) -> Run:
-        with pytest.warns(sp.SpringpotWarning):
-            return sp.simulate(self.system, record=PATHS, **self.options, **self.asked)
+        return simulated(self.system, record=PATHS, **self.options, **self.asked)
 
     @cached_property
     def simulation(self) -> Any:
@@ -430,7 +432,10 @@ def one_mass() -> Both:
         "spectrum": FREQUENCIES, "slowest_counted_impact": 0.5, "profile": [402 * 0.0125, 8.0, 13.0, 1602 * 0.0125],
         "forces": ["spring_force", "springpot_force", "force_on_ground", "barrier_impulse"],
         "rainflow": {"x": CURVES, "spring_force": CURVES[0]},
-        "first_passage": {"x": [1.0, 2.0, 0.3, -0.2], "v": [1.0, 2.0, -2.0], "moving": (swing, 3.0), **of_levels},
+        "first_passage": {
+            "x": [1.0, 2.0, 0.3, -0.2, (-0.3, 1.5)], "v": [1.0, 2.0, -2.0, (-2.0, 1.5)], "moving": (swing, 3.0),
+            **of_levels, "spring_force": [1.0, 2.0], "springpot_force": [0.2, 0.6],
+        },
     }  # fmt: skip
     return Both(system, 0.6, window, steps, asked, turns=True)
 
@@ -441,12 +446,13 @@ def two_that_touch() -> Both:
     system = sp.System(
         sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), sp.Spring(1.3, between=A), sp.Spring(0.7, between=AB),
         sp.Dashpot(0.2, between=A), sp.Maxwell(0.8, 0.5, between=A), sp.Dashpot(0.1, between=AB),
-        sp.Barrier(-0.3, 0.7, between=A), sp.Contact(-0.12, 20.0, 1.5, 0.4, between=AB),
-        sp.ColoredNoise(1.0, 0.5, on="ground"), sp.Harmonic(0.8, 1.3, on="b"), sp.WhiteNoise(0.5, on="ground"),
+        sp.Jenkins(0.9, 0.3, between=A), sp.Barrier(-0.3, 0.7, between=A),
+        sp.Contact(-0.12, 20.0, 1.5, 0.4, between=AB), sp.ColoredNoise(1.0, 0.5, on="ground"),
+        sp.Harmonic(0.8, 1.3, on="b"), sp.WhiteNoise(0.5, on="ground"),
     )  # fmt: skip
     asked = {
         "distributions": True, "observables": {"pounded": pounded}, "slowest_counted_impact": 0.2, "profile": 3,
-        "forces": ["maxwell_force", "contact_force", "b_acceleration", "contact_peak_force"],
+        "forces": ["maxwell_force", "jenkins_force", "contact_force", "b_acceleration", "contact_peak_force"],
         "rainflow": {"a_b_elongation": CURVES[0], "b_acceleration": CURVES[1]},
         "first_passage": {"b_x": [0.5, 1.0, 1.5], "a_b_distance": [0.6, 1.0]},
     }  # fmt: skip
@@ -497,11 +503,18 @@ def test_observed_means_and_extremes() -> None:
 def test_observed_distributions() -> None:
     both = one_mass()
     scales, window = both.simulation.motion.scales, both.window
-    every, total = both.every(0.1, scales.fastest_rate), dict[str, Counter[float]]()
+    every, w = both.every(0.1, scales.fastest_rate), scales.flight_frequency
     assert every > 1
-    for path, (x, v) in zip(both.paths, both.moved(), strict=True):
-        own = observers.distributions(x, v, window.impacts(path), -0.4, scales.flight_frequency, window, every)
-        total = {name: total.get(name, Counter()) + counts for name, counts in own.items()}
+    kinds = {
+        "x": [lambda n, x=x: x[n + 1] + 0.4 for x, _ in both.moved()],
+        "v": [lambda n, v=v: v[n + 1] for _, v in both.moved()],
+        "amplitude": [lambda n, x=x, v=v: math.hypot(x[n + 1], v[n + 1] / w) for x, v in both.moved()],
+        "spring_force": [lambda n, own=own["spring"]: own[n] for own in both.forces],
+    }
+    total = {name: sum((observers.distribution(own, window, every) for own in paths), Counter())
+             for name, paths in kinds.items()}  # fmt: skip
+    speeds = [own.speed for path in both.paths for own in window.impacts(path)]
+    total["impact_speed"] = Counter(map(observers.bin_of, speeds))
     for name, counts in total.items():
         found = both.run.distributions[name].counts.sum(axis=0)
         assert np.array_equal(found, in_bins(both.run, name, counts.items(), -0.4 if name == "x" else 0.0))
@@ -579,6 +592,8 @@ def test_observed_profiles() -> None:
     width = np.diff(edges) * window.h * PATHS
     assert is_close(run.profiles["impact_rate_profile"].value, [own.size for own in speeds] / width)
     assert is_close(run.profiles["impact_speed_mean_profile"].value, [own.mean() for own in speeds])
+    fast = [(own >= 0.5).sum() for own in speeds]
+    assert is_close(run.profiles["counted_impact_rate_profile"].value, fast / width)
     taken = [0.5 * (1.0 - 0.7**2) * (own**2).sum() for own in speeds]
     assert is_close(run.profiles["impact_power_profile"].value, taken / width)
     answer = memory_of(sp.Springpot(0.5, 0.3), window.h, 2)[1]
@@ -656,54 +671,73 @@ def test_observed_cycles_of_an_elongation() -> None:
         assert np.array_equal(run.distributions[name].counts.sum(axis=0), in_bins(run, name, counts))
 
 
-def test_first_passages_of_one_mass() -> None:
+def passages_by_hand(both: Both, name: str, each: sp.simulation.PassageTimes) -> list[float]:
     """Of x, which may come and go within a step, and of what noise drives; an impact is seen just before it."""
-    both = one_mass()
-    window, system, quantity = both.window, both.system, observers.Quantity
-    root = 0.5826 * math.sqrt(window.h)
-    frequency = {"amplitude": system.resonance, "energy": system.natural_frequency}
-    passed = 0
+    system, of, level = both.system, observers.Quantity.of, each.level
+    roots, states = np.full(both.steps, 0.5826 * math.sqrt(both.window.h)), both.moved()
+    if name == "moving":
+        quantity = observers.Quantity.of_user(swing, level)
+    elif name.endswith("force"):
+        states = [(np.append(0.0, own[name.removesuffix("_force")]),) * 2 for own in both.forces]
+        roots, quantity = np.full(both.steps, both.simulation.parts.felt.over[name]), of("force", level)
+    elif math.isfinite(each.reference):  # the distance from the middle of an interval
+        quantity = of({"x": "distance", "v": "speed"}.get(name, name), level, middle=each.reference)
+    else:
+        w = {"amplitude": system.resonance, "energy": system.natural_frequency}.get(name, 1.0)
+        quantity = of(name, level, above=level > (0.6 if name == "x" else 0.0), w=w)
+    return [
+        observers.first_passage(
+            quantity, x, v, both.window, roots, from_start=False, place=-0.4,
+            impacts=[] if name.endswith("force") else both.window.impacts(path),
+        )
+        for path, (x, v) in zip(both.paths, states, strict=True)
+    ]  # fmt: skip
+
+
+def test_first_passages_of_one_mass() -> None:
+    both, passed = one_mass(), 0
     for name, passages in both.run.first_passages.items():
-        for each in passages if name != "moving" else [passages]:
-            above = each.level > (0.6 if name == "x" else 0.0)
-            own = (
-                quantity.of_user(swing, each.level, root) if name == "moving"
-                else quantity.of(name, each.level, above, root, w=frequency.get(name, 1.0))
-            )  # fmt: skip
-            times = [
-                observers.first_passage(
-                    own, x, v, window, from_start=False, impacts=window.impacts(path), place=-0.4, inwards=1.0
-                )
-                for path, (x, v) in zip(both.paths, both.moved(), strict=True)
-            ]
+        for each in [passages] if name == "moving" else passages:
+            times = passages_by_hand(both, name, each)
             assert is_close(each.times, times)
             passed += np.isfinite(times).sum()
-    assert passed > 30
+    assert passed > 40
+
+
+def test_first_passages_under_an_envelope() -> None:
+    """The noise of each step has its own intensity."""
+    system = sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0, envelope=SOONER))
+    both = Both(system, 0.0, observers.Window(0, 200, STEP), 200, {"first_passage": {"v": [0.5, 1.0, 1.5]}}, turns=True)
+    middles = STEP * (np.arange(200) + 0.5)
+    roots = 0.5826 * math.sqrt(STEP) * SOONER.at(middles)
+    for each in both.run.first_passages["v"]:
+        quantity = observers.Quantity.of("v", each.level)
+        times = [observers.first_passage(quantity, x, v, both.window, roots, from_start=True) for x, v in both.moved()]
+        assert np.isfinite(times).any()
+        assert is_close(each.times, times)
 
 
 def test_first_passages_from_the_start() -> None:
     """Of several masses; the state at time 0 counts."""
     both = two_that_touch()
-    rows = {"b_x": ([0.0, 1.0], "x", 0.3), "a_b_distance": ([-1.0, 1.0], "distance", 0.0)}
-    for name, (g, kind, begin) in rows.items():
-        passages = both.run.first_passages[name]
-        for each in passages:
-            quantity = observers.Quantity.of(kind, each.level, each.level > begin, 0.0)
-            touches = [path.touches if name == "a_b_distance" else [] for path in both.paths]
+    rows = {"b_x": ([0.0, 1.0], "x"), "a_b_distance": ([-1.0, 1.0], "distance")}
+    for name, (g, kind) in rows.items():
+        for each in both.run.first_passages[name]:
+            touches = [path.touches if kind == "distance" else [] for path in both.paths]
             times = [
                 observers.first_passage(
-                    quantity, u, w, both.window, from_start=True, impacts=own, place=-0.12, inwards=1.0
+                    observers.Quantity.of(kind, each.level), u, w, both.window, np.zeros(both.steps), from_start=True,
+                    impacts=own, place=-0.12,
                 )
                 for (u, w), own in zip(both.moved(g), touches, strict=True)
-            ]
+            ]  # fmt: skip
             assert np.isfinite(times).any()
             assert is_close(each.times, times)
 
 
-@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
 def test_rate_of_passages() -> None:
     """From the times of the paths; and the test that it is constant."""
-    run = sp.simulate(
+    run = simulated(
         sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0)), paths=256, duration=60.0, start="rest",
         first_passage={"x": 3.0},
     )  # fmt: skip
