@@ -386,7 +386,8 @@ def filtered(part: Any, h: float, steps: int, draw: Numbers) -> Floats:
     """Impulses of noise through a filter; where it has an envelope, its white noise is multiplied by that.
 
     They are a Gaussian sequence.  Each is foreseen from all earlier ones, by the best guess of the state of the filter,
-    but for one normal: the filter of Kalman, which is exact however short the correlation time.
+    but for one normal (Kalman): exact, however short the correlation time.  Noise without an envelope begins as if it
+    had been seen for ever, that of Clough and Penzien as if nothing had been seen of it.
     """
     sizes, squares = draw.normals(steps), envelope_of(part, h, steps) ** 2
     times = np.append(0.0, h * (np.arange(steps) + 0.5)) if getattr(part, "frequency_rate", 0.0) else [0.0, 0.0]
@@ -421,11 +422,9 @@ def matched(memories: list[Any], temperature: float, h: float, steps: int, draw:
         if isinstance(part, sp.FractionalMaxwell):
             raise NotImplementedError("the noise of FractionalMaxwell")
         if isinstance(part, sp.Springpot):
-            law, c = (
-                power_law_sum(part.order, 1 / 64, float(shared_span(steps)), 1e-4),
-                part.coefficient * h**-part.order,
-            )
-            strengths, near = c * law.weights / math.gamma(1.0 - part.order), 1 / 16
+            law = power_law_sum(part.order, 1 / 64, float(shared_span(steps)), 1e-4)
+            c, near = part.coefficient * h**-part.order, 1 / 16
+            strengths = c * law.weights / math.gamma(1.0 - part.order)
             arms += zip(strengths.tolist(), (law.rates / h).tolist(), strict=True)
             kept = float((strengths * -np.expm1(-law.rates * near) / law.rates).sum())
             flat += h * max(c * near ** (1.0 - part.order) / math.gamma(2.0 - part.order) - kept, 0.0)

@@ -105,6 +105,7 @@ RESTING: dict[str, tuple[float, tuple[Any, ...]]] = {
     "below": (-1.0, (*SINES, sp.Barrier(-1.0, 0.5, free_side="below"))),
     "springpot": (1.0, (*SINES, sp.Springpot(1.0, 0.5), sp.Barrier(1.0, 0.5, free_side="above"))),
     "record": (0.5, (SHAKEN, sp.Barrier(0.5, 0.5, free_side="above"))),
+    "ground noise": (0.3, (sp.KanaiTajimiNoise(3.0, 0.4, 8.0), sp.Barrier(0.3, 0.5, free_side="above"))),
     "slot": (1.0, (*SINES, sp.Barrier(1.0, 0.5, free_side="above"), sp.Barrier(1.05, 0.7, free_side="below"))),
     "weight": (0.0, (
         *SINES, sp.PolynomialSpring((1e-9, 0.0, 0.5)), sp.Constant(-4.0), sp.Barrier(-0.5, 0.5, free_side="above"),
@@ -250,7 +251,8 @@ def momenta(by_hand: Path, wall: str) -> float:
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
 @pytest.mark.parametrize(
     "name", ["preload", "light losses", "plastic", "gap", "plastic with a gap", "below", "springpot",
-             "yielding", "friction", validation("record"), validation("slot"), validation("weight"), validation("law")]
+             "yielding", "friction", "ground noise", validation("record"), validation("slot"), validation("weight"),
+             validation("law")]
 )  # fmt: skip
 def test_rest_of_one_mass(name: str) -> None:
     """Its place at each step, and the mean force of its walls."""
