@@ -11,6 +11,8 @@ impulse, as long as there is something to take; else the row leaves with half of
 middle of the step it has begun to move.
 
 The memory of a springpot is the sum over all its earlier increments, as long as the path: slow, and without error.
+
+What is made of a path, means, counts, first passages and so on, is in `tests/reference_observers.py`.
 """
 
 from __future__ import annotations
@@ -24,10 +26,15 @@ from typing import Any
 
 import mpmath
 import numpy as np
+from scipy import linalg
 
 import springpot as sp
+from springpot.machine.sampling import band_limited
+from springpot.memory.exponential_sum import power_law_sum, shared_span
+from springpot.simulation.lowering import shaping
 
 Floats = np.ndarray
+Sources = dict[str, tuple[Floats, Floats]]  # impulses of each step, and the forces on the coordinates per unit
 WORD = 0xFFFFFFFF
 ROUNDING = 1e-9  # of what an impact or a kick changes: the velocity of a row that rests
 
@@ -62,6 +69,27 @@ def normals(seed: int, path: int, steps: int, word: int) -> Floats:
     drawn = np.array(found[:steps])
     drawn.flags.writeable = False
     return drawn
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """The random numbers of one source on one path: those of the counter words from its first on."""
+
+    draw: Callable[..., Floats]
+    seed: int
+    path: int
+    first: int
+
+    def normals(self, steps: int, word: int = 0) -> Floats:
+        return self.draw(self.seed, self.path, steps, self.first + word)
+
+    def words(self, group: int) -> list[int]:
+        return philox(self.seed, self.path, group, self.first)
+
+    @property
+    def uniform(self) -> float:
+        """Between 0 and 1, one for the whole path."""
+        return (self.words(0)[0] + 0.5) / 2.0**32
 
 
 # -------------------------------------------------------------------------------------------------------- memory
@@ -124,6 +152,7 @@ class Row:
     weights: Floats = field(default_factory=lambda: np.zeros(0))  # of the increments, newest first
     answer: float = 0.0
     memories: list[Any] = field(default_factory=list)
+    shaken: list[sp.ParametricNoise] = field(default_factory=list)
     dampers: list[tuple[str, Damper]] = field(default_factory=list)
     contacts: list[tuple[str, sp.Contact]] = field(default_factory=list)
     increments: Increments = field(default_factory=lambda: Increments(0))
@@ -251,63 +280,243 @@ class Damper:
 
 
 # ------------------------------------------------------------------------------------------------------ excitation
-def harmonic(part: sp.Harmonic, seed: int, path: int, steps: int, h: float, word: int) -> Floats:
+def harmonic(part: sp.Harmonic, h: float, steps: int, draw: Numbers) -> Floats:
     """Impulses of a force whose phase is drawn once for each path."""
-    phase = 2.0 * math.pi * (philox(seed, path, 0, word)[0] + 0.5) / 2.0**32
+    phase = 2.0 * math.pi * draw.uniform
     ends = part.frequency * h * np.arange(steps + 1) + phase
     return part.amplitude / part.frequency * np.diff(np.sin(ends))
 
 
-def poisson(part: sp.PoissonImpulses, seed: int, path: int, steps: int, h: float, word: int) -> Floats:
+def poisson(part: sp.PoissonImpulses, h: float, steps: int, draw: Numbers) -> Floats:
     """In each step a number of impulses by the inverse of its law, and for their sum one normal."""
-    sizes, found = normals(seed, path, steps, word + 1), np.zeros(steps)
+    sizes, found = draw.normals(steps, 1), np.zeros(steps)
     for n in range(steps):
-        left, count = (philox(seed, path, n // 4, word)[n % 4] + 0.5) / 2.0**32, 0
+        left, count = (draw.words(n // 4)[n % 4] + 0.5) / 2.0**32, 0
         chance = math.exp(-part.rate * h)
         while left > chance > 0.0:
             left, count = left - chance, count + 1
             chance *= part.rate * h / count
         found[n] = math.sqrt(count * part.mean_square) * sizes[n]
-    return found
+    return found * envelope_of(part, h, steps)[1:]
 
 
-def recorded(part: sp.RecordedExcitation, seed: int, path: int, steps: int, h: float, word: int) -> Floats:
+def recorded(part: sp.RecordedExcitation, h: float, steps: int, draw: Numbers) -> Floats:
     """Impulses of the straight lines between the points of a record; each path has its record, in turn or drawn."""
-    taken = path % part.count
+    taken = draw.path % part.count
     if part.is_drawn and part.count > 1:
-        taken = philox(seed, path, 0, word)[0] * part.count >> 32
+        taken = draw.words(0)[0] * part.count >> 32
     times, values = (np.array(each, float) for each in part.records[taken])
     times, ends = times - times[0], h * np.arange(steps + 1)
+    if part.interpolation == "band-limited":  # lines between points of the signal, eight or more in a step
+        fold = min(max(math.ceil(8.0 * times[-1] / (len(times) - 1) / h), 1), 32)
+        values = band_limited(values, fold)
+        times = np.linspace(0.0, times[-1], len(values))
     at = np.union1d(times, ends[ends <= times[-1]])
     height = part.scale * np.interp(at, times, values)
     whole = np.append(0.0, np.cumsum(0.5 * np.diff(at) * (height[1:] + height[:-1])))
     return np.diff(np.interp(ends, at, whole))
 
 
+def white(part: sp.WhiteNoise, h: float, steps: int, draw: Numbers) -> Floats:
+    """Of noise with an envelope."""
+    return math.sqrt(part.intensity * h) * envelope_of(part, h, steps)[1:] * draw.normals(steps)
+
+
+def envelope_of(part: Any, h: float, steps: int) -> Floats:
+    """By which noise is multiplied: at time 0, and in the middle of each step."""
+    times = np.append(0.0, h * (np.arange(steps) + 0.5))
+    return np.ones(steps + 1) if part.envelope is None else np.asarray(part.envelope.at(times))
+
+
+@dataclass
+class Filter:
+    """Of white noise: the force is c.y, with y' = a y + white noise of the covariance b per time.
+
+    States come in twos; that of colored noise has one beside it that is silent.
+    """
+
+    a: Floats
+    b: Floats
+    c: Floats
+
+    @classmethod
+    def of(cls, part: Any, time: float) -> Filter:
+        """That of a noise, as it is at a time."""
+        if isinstance(part, sp.ColoredNoise):
+            return cls.of_arms([(part.variance, 1.0 / part.correlation_time)], 1.0)
+        if isinstance(part, sp.SpectralExcitation):  # the rational density that was fitted to the table
+            fitted = shaping.filter_of(shaping.shape_of(part, ""), 0.5 * part.scale * max(part.psd), 2.0 * math.pi)
+            return cls(fitted.matrix, fitted.noise, fitted.output)
+        w, twice = part.frequency + part.frequency_rate * time, 2.0 * part.damping
+        ground, felt = [[0.0, 1.0], [-w * w, -twice * w]], [w * w, twice * w]
+        if isinstance(part, sp.KanaiTajimiNoise):
+            return cls(np.array(ground), np.diag([0.0, part.intensity]), np.array(felt))
+        u, own = part.base_frequency, 2.0 * part.base_damping
+        a, b = np.zeros((4, 4)), np.diag([0.0, part.intensity, 0.0, 0.0])
+        a[:2, :2], a[2, 3], a[3] = ground, 1.0, [*felt, -u * u, -own * u]
+        return cls(a, b, a[3])
+
+    @classmethod
+    def of_arms(cls, arms: list[tuple[float, float]], temperature: float) -> Filter:
+        """Exponentially correlated noises, of variances and rates, times the temperature."""
+        arms = arms + [(0.0, 1.0)] * (len(arms) % 2)
+        strengths, rates = np.array(arms).T
+        return cls(np.diag(-rates), np.diag(2.0 * temperature * strengths * rates), (strengths > 0.0).astype(float))
+
+    def over(self, h: float) -> tuple[Floats, Floats]:
+        """After a step, the state and behind it the impulse: from the state before it, and the covariance of noise."""
+        size = len(self.c) + 1
+        joint = np.zeros((2 * size, 2 * size))
+        joint[size:-1, size:-1], joint[size:-1, -1], joint[: size - 1, size:-1] = self.a.T, self.c, self.b
+        joint[:size, :size] = -joint[size:, size:].T
+        halvings = max(0, math.ceil(math.log2(h * np.abs(joint).sum(axis=1).max())) + 1)  # of fast filters
+        power = linalg.expm(0.5**halvings * h * joint)  # by Van Loan
+        move = power[size:, size:].T
+        noise = move @ power[:size, size:]
+        for _ in range(halvings):
+            move, noise = move @ move, noise + move @ noise @ move.T
+        return move, 0.5 * (noise + noise.T)
+
+    def stationary(self) -> Floats:
+        """Covariance of the state."""
+        return np.asarray(linalg.solve_continuous_lyapunov(self.a, -self.b))
+
+
+def filtered(part: Any, h: float, steps: int, draw: Numbers) -> Floats:
+    """Impulses of noise through a filter; where it has an envelope, its white noise is multiplied by that.
+
+    They are a Gaussian sequence.  Each is foreseen from all earlier ones, by the best guess of the state of the filter,
+    but for one normal (Kalman): exact, however short the correlation time.  Noise without an envelope begins as if it
+    had been seen for ever, that of Clough and Penzien as if nothing had been seen of it.
+    """
+    sizes, squares = draw.normals(steps), envelope_of(part, h, steps) ** 2
+    times = np.append(0.0, h * (np.arange(steps) + 0.5)) if getattr(part, "frequency_rate", 0.0) else [0.0, 0.0]
+    filters = [Filter.of(part, time) for time in times]
+    laws = [each.over(h) for each in filters[1:]] * (steps if len(filters) == 2 else 1)
+    guess, unsure = np.zeros(len(filters[0].c)), squares[0] * filters[0].stationary()  # and its covariance
+    if part.envelope is None and not isinstance(part, sp.CloughPenzienNoise):
+        guess, unsure = begun(filters[0], laws[0], 0.0, draw)
+    return foreseen(laws, squares[1:], guess, unsure, 0.0, sizes)
+
+
+def spectral(part: sp.SpectralExcitation, h: float, steps: int, draw: Numbers) -> Floats:
+    """Noise of a given density, multiplied itself; a little white noise is added for the sake of the arithmetic."""
+    own = Filter.of(part, 0.0)
+    move, noise = own.over(h)
+    more = 1e-8 * float(move[-1, :-1] @ own.stationary() @ move[-1, :-1] + noise[-1, -1])
+    found = foreseen(
+        [(move, noise)] * steps, np.ones(steps), *begun(own, (move, noise), more, draw), more, draw.normals(steps)
+    )
+    return found * envelope_of(part, h, steps)[1:]
+
+
+def matched(memories: list[Any], temperature: float, h: float, steps: int, draw: Numbers) -> Floats:
+    """The noise at a temperature of Maxwell's arms and springpots, and of dashpots beside them.
+
+    That of a springpot has its kernel as covariance, which is taken for a sum of exponentials from 1/64 of a step on,
+    and what these lack of its integral up to 1/16 for white.
+    """
+    arms = [(part.stiffness, part.stiffness / part.coefficient) for part in memories if isinstance(part, sp.Maxwell)]
+    flat = dashpots_in(memories)
+    for part in memories:
+        if isinstance(part, sp.FractionalMaxwell):
+            raise NotImplementedError("the noise of FractionalMaxwell")
+        if isinstance(part, sp.Springpot):
+            law = power_law_sum(part.order, 1 / 64, float(shared_span(steps)), 1e-4)
+            c, near = part.coefficient * h**-part.order, 1 / 16
+            strengths = c * law.weights / math.gamma(1.0 - part.order)
+            arms += zip(strengths.tolist(), (law.rates / h).tolist(), strict=True)
+            kept = float((strengths * -np.expm1(-law.rates * near) / law.rates).sum())
+            flat += h * max(c * near ** (1.0 - part.order) / math.gamma(2.0 - part.order) - kept, 0.0)
+    own, more = Filter.of_arms(arms, temperature), 2.0 * temperature * h * flat
+    law = own.over(h)
+    return foreseen([law] * steps, np.ones(steps), *begun(own, law, more, draw), more, draw.normals(steps))
+
+
+def dashpots_in(memories: list[Any]) -> float:
+    """The sum of their coefficients."""
+    return sum(part.coefficient for part in memories if isinstance(part, sp.Dashpot))
+
+
+def foreseen(
+    laws: list[tuple[Floats, Floats]], squares: Floats, guess: Floats, unsure: Floats, more: float, sizes: Floats
+) -> Floats:
+    """Impulses from the laws of the steps, the squares of an envelope in them, and normals; ``more`` is white."""
+    found = np.zeros(len(sizes))
+    for n, (move, noise) in enumerate(laws):
+        spread, move, seen = squares[n] * noise, move[:-1, :-1], move[-1, :-1]
+        root = math.sqrt(seen @ unsure @ seen + spread[-1, -1] + more)
+        gain = (move @ unsure @ seen + spread[:-1, -1]) / root if root > 0.0 else 0.0 * seen
+        found[n] = seen @ guess + root * sizes[n]
+        guess = move @ guess + gain * sizes[n]
+        unsure = move @ unsure @ move.T + spread[:-1, :-1] - np.outer(gain, gain)
+    return found
+
+
+def begun(own: Filter, law: tuple[Floats, Floats], more: float, draw: Numbers) -> tuple[Floats, Floats]:
+    """Of stationary noise the guess at time 0, from normals by a triangle, and its covariance after endless time."""
+    (move, noise), stationary = law, own.stationary()
+    each = move[:-1, :-1].T, move[-1:, :-1].T, noise[:-1, :-1], noise[-1:, -1:] + more
+    unsure = linalg.solve_discrete_are(*each, s=noise[:-1, -1:])
+    values, vectors = np.linalg.eigh(stationary - unsure)
+    root = np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T)[1].T
+    sizes = np.concatenate([draw.normals(4, 64 + k) for k in range(-(-len(root) // 4))])
+    return np.tril(root) @ sizes[: len(root)], unsure
+
+
 GIVEN: dict[type, Callable[..., Floats]] = {
-    sp.Harmonic: harmonic, sp.PoissonImpulses: poisson, sp.RecordedExcitation: recorded,
+    sp.Harmonic: harmonic, sp.PoissonImpulses: poisson, sp.RecordedExcitation: recorded, sp.WhiteNoise: white,
+    sp.ColoredNoise: filtered, sp.KanaiTajimiNoise: filtered, sp.CloughPenzienNoise: filtered,
+    sp.SpectralExcitation: spectral,
 }  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------------------------------ steps
 @dataclass
 class Path:
-    """What was seen of a path: the state at 0, h, 2h, ..., and each impact."""
+    """What was seen of a path: the state at 0, h, 2h, ..., and each impact; and what its kicks were made of."""
 
     x: Floats
     v: Floats
     impacts: list[Impact]
     rest: list[Rest] = field(default_factory=list)
+    touches: list[Touch] = field(default_factory=list)
+    kicks: list[Kick] = field(default_factory=list)
 
 
 @dataclass
 class Impact:
     """Where and when, and its closing speed; and the momentum that the wall took."""
 
-    step: int  # of the drift
+    step: int  # of the drift; -1 before the first kick
     wall: str
     speed: float
     momentum: float
+    late: bool = False  # in the second half of the drift, after its observation
+
+
+@dataclass
+class Touch:
+    """Of a soft contact: as an impact, and the largest force of the contact, once it is over."""
+
+    step: int
+    wall: str
+    speed: float
+    late: bool
+    force: float = 0.0
+    ended: tuple[int, bool] | None = None  # in which drift, and whether late in it
+
+
+@dataclass
+class Kick:
+    """What observers are told of a kick, along each row and of all sources that are smooth."""
+
+    elongation: dict[tuple[float, ...], float]
+    rate: dict[tuple[float, ...], float]  # mean of those before and after it
+    pull: dict[tuple[float, ...], float]  # force of dashpots and memory
+    yielding: dict[str, float]  # forces of the parts that yield
+    given: dict[str, float]  # impulses of the sources
+    work: float  # of these
 
 
 @dataclass
@@ -363,7 +572,9 @@ def walk(
         elif isinstance(part, sp.PolynomialDashpot):
             row.remember(part, h, steps)
             row.dampers.append((name, Damper(part, row.mass, h)))
-        elif not isinstance(part, sp.ParametricNoise):
+        elif isinstance(part, sp.ParametricNoise):
+            row.shaken.append(part)
+        else:
             row.dampers.append((name, Damper(part, row.mass, h)))
     if flight:
         (only,) = rows.values()
@@ -371,15 +582,18 @@ def walk(
     contacts = [(name, part, row) for row in rows.values() for name, part in row.contacts]
     dampers = [(name, each, row) for row in rows.values() for name, each in row.dampers]
     solve = np.linalg.inv(at.mass + h * sum(row.answer * np.outer(row.g, row.g) for row in rows.values()))
-    constant, impulses, smooth = _excitation(system, h, steps, seed, path, words, draw)
+    constant, impulses, smooth, sources = _excitation(system, [*rows.values()], h, steps, seed, path, words, draw)
 
     impacts: list[Impact] = []
     rest: list[Rest] = []
+    touches: list[Touch] = []
+    kicks: list[Kick] = []
     x, v = x + np.zeros(len(at.names)), v + np.zeros(len(at.names))
     pressing = constant
     by_name = {name: (wall, row) for name, wall, row in walls}
     restful = {name for name, wall, row in walls if not wall.is_elastic and not _is_rough(system, wall, row)}
     resting = [name for name in by_name if name in restful and _lies(*by_name[name], x, v)]
+    touching: dict[str, Touch] = {}
     leant: dict[str, float] = {}  # impulses of the walls in the last kick
     given = 0.0  # the acceleration by the last kick of a mass that turns
 
@@ -460,7 +674,7 @@ def walk(
     def fly(left: float, since: float, n: int) -> None:
         """Half a drift: the earliest impact first.  It begins at ``since`` after the middle between two kicks."""
         nonlocal x, v
-        end, most = since + left, 0.0  # the largest change of a velocity by an impact
+        end, late, most = since + left, since >= 0.0, 0.0  # the largest change of a velocity by an impact
         if flight and resting:
             if presses(resting[0]) > 0.0 or _is_bent(by_name[resting[0]][0]):
                 bear(n, resting[0], left)
@@ -498,7 +712,7 @@ def walk(
                 continue
             change = max(true + r * true, speed)
             v = v + side * change * row.jump
-            impacts.append(Impact(n, name, true, row.mass * change))
+            impacts.append(Impact(n, name, true, row.mass * change, late))
             resting[:] = [one for one in resting if one != name and _rate(*by_name[one], v) <= ROUNDING * most]
             if flight and change == speed and _is_bent(wall):  # held by the spring until the end
                 resting.append(name)
@@ -516,20 +730,46 @@ def walk(
         short = 0.5 * h / substeps
         for k in range(substeps if contacts else 0):
             fly(0.5 * short, since + k * short, n)
-            touch(short)
+            touch(n, since >= 0.0)
+            squeeze(short)
             fly(0.5 * short, since + (k + 0.5) * short, n)
+            touch(n, since >= 0.0)
 
-    def touch(short: float) -> None:
+    def squeeze(short: float) -> None:
         """A kick by the contacts alone; the dissipation k d^p chi d' with the mean of the rates before and after."""
         nonlocal v
-        for _, part, row in contacts:
+        for name, part, row in contacts:
             rate, force = float(row.g @ v), _elastic(part, float(row.g @ x))
             share = 0.5 * short * abs(force) * part.dissipation / row.mass
-            v = v + (short * force / row.mass - 2.0 * share * rate) / (1.0 + share) * row.jump
+            change = (short * force / row.mass - 2.0 * share * rate) / (1.0 + share)
+            v = v + change * row.jump
+            if name in touching:
+                touching[name].force = max(touching[name].force, part.inwards * change * row.mass / short)
+
+    def touch(n: int, late: bool) -> None:
+        """Touches begin and end where flights do."""
+        for name, part, row in contacts:
+            is_inside = _elastic(part, float(row.g @ x)) != 0.0
+            if is_inside and name not in touching:
+                touching[name] = Touch(n, name, abs(float(row.g @ v)), late)
+                touches.append(touching[name])
+            elif not is_inside and name in touching:
+                touching.pop(name).ended = n, late
+
+    def told(n: int, middle: Floats) -> Kick:
+        rates = {g: float(row.g @ middle) for g, row in rows.items()}
+        pulls = {g: row.pull(rates[g]) for g, row in rows.items()}
+        work = sum(row[n] * float(force @ middle) for row, force in sources.values())
+        u = {g: float(row.g @ x) for g, row in rows.items()}
+        yielding = {
+            name: damper.part.stiffness * (float(row.g @ x) - damper.slider) for name, damper, row in dampers
+            if isinstance(damper.part, sp.Jenkins | sp.BoucWen)
+        }  # fmt: skip
+        return Kick(u, rates, pulls, yielding, {name: float(row[n]) for name, (row, _) in sources.items()}, work)
 
     seen = [(x.copy(), v.copy())]
     before = x.copy()
-    fly(0.5 * h, 0.0, 0)
+    fly(0.5 * h, 0.0, -1)
     early = [row.jumped(remembered, h, steps) for row in rows.values()] if remembered else []
     x = x + sum(early)
     for n in range(steps):
@@ -547,7 +787,7 @@ def walk(
             u, rate = float(row.g @ x), float(row.g @ v)
             force = row.push(u) - row.pull(rate) - (row.drive[n] if remembered else 0.0)
             impulse = impulse + h * force * row.g
-        leant, change = {}, solve @ impulse
+        leant, change, leaving = {}, solve @ impulse, v
         v = v + change
         held = bool(flight and resting)
         if held:
@@ -557,6 +797,7 @@ def walk(
             leaving = hold_turning(n, share * moving, moving, not dampers)
         elif resting:
             hold(n)
+        kicks.append(told(n, 0.5 * (leaving + v)))
         for _, damper, row in reversed(dampers):
             rate = float(row.g @ v)
             more = (damper.follow(n, float(row.g @ x), rate, True) - rate) * row.jump
@@ -572,7 +813,7 @@ def walk(
         drift(-0.5 * h, n)
         seen.append((x.copy(), v.copy()))
         drift(0.0, n)
-    return Path(*(np.array(each) for each in zip(*seen, strict=True)), impacts, rest)
+    return Path(*(np.array(each) for each in zip(*seen, strict=True)), impacts, rest, touches, kicks)
 
 
 def walk_as_printed(
@@ -627,7 +868,7 @@ def _is_rough(system: sp.System, wall: sp.Barrier, row: Row) -> bool:
     at, parts = system.coordinates, dict(system.named())
     driven = [
         force for name, force in at.forces.items()
-        if isinstance(parts[name], sp.PoissonImpulses) or getattr(parts[name], "intensity", 0.0) > 0.0
+        if isinstance(parts[name], sp.PoissonImpulses | sp.WhiteNoise) and parts[name].intensity > 0.0
     ]  # fmt: skip
     shaken = [at.elongations[name] for name, part in parts.items() if isinstance(part, sp.ParametricNoise)]
     rough = any(abs(row.jump @ each) > 1e-12 * (np.abs(row.jump) @ np.abs(each)) for each in [*driven, *shaken])
@@ -656,37 +897,55 @@ def _meetings(
 
 
 def _excitation(
-    system: sp.System, h: float, steps: int, seed: int, path: int, words: int, draw: Callable[..., Floats]
-) -> tuple[Floats, Callable[[int, Floats], Floats], Callable[[int], Floats]]:
-    """The impulses on the masses in a step: constant; those of step n, at x; and of these what changes little."""
+    system: sp.System, rows: list[Row], h: float, steps: int, seed: int, path: int, words: int,
+    draw: Callable[..., Floats],
+) -> tuple[Floats, Callable[[int, Floats], Floats], Callable[[int], Floats], Sources]:  # fmt: skip
+    """The impulses on the masses in a step: constant; those of step n, at x; of these what changes little; the sources.
+
+    White noise has the first counter words, one each; all else has 128 words each behind them.
+    """
     at, parts = system.coordinates, dict(system.named())
-    constant, white, shaken, given = np.zeros(len(at.names)), [], [], []
+    constant, rough, shaken, given = np.zeros(len(at.names)), [], [], []
+    sources: Sources = {}  # that feed something in
+
+    def numbers() -> Numbers:
+        return Numbers(draw, seed, path, words + 128 * len(given))
+
     for name, force in at.forces.items():
         part = parts[name]
+        if part.of_ground and not isinstance(part, sp.RecordedExcitation):
+            force = -force  # all else is drawn, and its sign means nothing
         if isinstance(part, sp.Constant):
             constant = constant + h * part.force * force
-        elif isinstance(part, sp.WhiteNoise):
-            white.append(math.sqrt(part.intensity * h) * np.abs(force))
-        elif type(part) in GIVEN:
-            row = GIVEN[type(part)](part, seed, path, steps, h, words)
-            given.append((row, force, not isinstance(part, sp.PoissonImpulses)))
-            words += 128
+        elif isinstance(part, sp.WhiteNoise) and part.envelope is None:
+            rough.append(math.sqrt(part.intensity * h) * force)
         else:
-            raise NotImplementedError(name)
-    for name, part in parts.items():
-        if isinstance(part, sp.ParametricNoise):
-            shaken.append((at.elongations[name], math.sqrt(part.intensity * h)))
-    drawn = [draw(seed, path, steps, word) for word in range(len(white) + len(shaken))]
+            impulses = GIVEN[type(part)](part, h, steps, numbers())
+            is_smooth = not isinstance(part, sp.PoissonImpulses | sp.WhiteNoise)
+            given.append((impulses, force, is_smooth))
+            sources |= {name: (impulses, force)} if is_smooth else {}
+    for thermal in system.of(sp.ThermalNoise):
+        for row in rows:
+            if any(not isinstance(part, sp.Dashpot) for part in row.memories):
+                impulses = matched(row.memories, thermal.temperature, h, steps, numbers())
+                given.append((impulses, row.g, False))
+                sources[f"{thermal} of row {len(given)}"] = impulses, row.g
+            elif row.memories:
+                rough.append(math.sqrt(2.0 * thermal.temperature * h * dashpots_in(row.memories)) * row.g)
+    for row in rows:
+        for part in row.shaken:
+            shaken.append((row.g, math.sqrt(part.intensity * h) * envelope_of(part, h, steps)[1:]))
+    drawn = [draw(seed, path, steps, word) for word in range(len(rough) + len(shaken))]
 
     def at_step(n: int, x: Floats) -> Floats:
         found = np.zeros(len(at.names))
-        for force, numbers in zip(white, drawn, strict=False):
-            found = found + force * numbers[n]
-        for (g, root), numbers in zip(shaken, drawn[len(white) :], strict=True):
-            found = found + root * abs(float(g @ x)) * numbers[n] * g
+        for force, sizes in zip(rough, drawn, strict=False):
+            found = found + force * sizes[n]
+        for (g, root), sizes in zip(shaken, drawn[len(rough) :], strict=True):
+            found = found + root[n] * abs(float(g @ x)) * sizes[n] * g
         return found + sum((row[n] * force for row, force, _ in given), np.zeros(len(at.names)))
 
     def smooth(n: int) -> Floats:
         return sum((row[n] * force for row, force, slow in given if slow), np.zeros(len(at.names)))
 
-    return constant, at_step, smooth
+    return constant, at_step, smooth, sources
