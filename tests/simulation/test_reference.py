@@ -648,7 +648,6 @@ def test_observed_cycles_of_forces(both: Any, name: str, own: str, curve: sp.Bas
         assert np.array_equal(found, in_bins(run, f"{name}_{end}", points[f"{name}_{end}"]))
 
 
-@pytest.mark.xfail(strict=True, reason="the kernel has the first value of a force that rises for a minimum")
 def test_observed_minima_of_a_force() -> None:
     """As of a displacement, the first state of the window is not among them."""
     both = one_mass()

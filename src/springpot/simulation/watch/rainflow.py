@@ -327,7 +327,7 @@ def _compiled() -> tuple[Any, Any]:
             last = _earlier(x if felt else v, array, _RATE, j, begin)
             if felt:
                 before = _earlier(x, array, _RATE if j > begin else _LAST, j - 1, begin)
-                for lane in range(LANES):
+                for lane in range(LANES if n + j > low + 1 else 0):  # the first value has none before it
                     a, b, c = scale * before[lane], scale * last[lane], scale * x[j * LANES + lane]
                     turned[lane] |= (1 << j) if (b > a) != (c > b) else 0
             else:
