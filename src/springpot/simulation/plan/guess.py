@@ -194,7 +194,7 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
 
     Examples
     --------
-    >>> from springpot.problem.parts import PolynomialSpring, Spring, WhiteNoise
+    >>> from springpot.problem.parts import Dashpot, PolynomialSpring, Spring, WhiteNoise
     >>> bent = System(Spring(1.0), PolynomialSpring((0, 0, 1.0)), Dashpot(0.5), WhiteNoise(1.0))
     >>> scales = guessed_scales(bent, guessed_law(bent))
     >>> round(scales.length, 3), round(scales.energy_time, 6)

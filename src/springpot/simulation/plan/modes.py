@@ -103,7 +103,7 @@ def modes_of(system: System) -> Modes:
 
     Examples
     --------
-    >>> from springpot.problem.parts import Mass, Spring, WhiteNoise
+    >>> from springpot.problem.parts import Dashpot, Mass, Spring, WhiteNoise
     >>> pair = System(
     ...     Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(1.0, between=("ground", "a")), Spring(1.0, between=("a", "b")),
     ...     WhiteNoise(1.0, on="b"), Dashpot(0.1, between=("ground", "a")),
