@@ -22,7 +22,7 @@ from springpot.problem.system import System
 from springpot.scattering.devices import linear_names
 from springpot.scattering.result import Scatter
 from springpot.scattering.scattered import FEWEST, scatter
-from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.plan.plan import check_stationary, plan_of
 from springpot.theory.registry import METHODS

@@ -13,7 +13,7 @@ from springpot.machine.arrays import Floats
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.feeling import MOST_FELT
-from springpot.simulation.kernel.lanes import GROUP, LANES
+from springpot.simulation.kernel.sizes import GROUP, LANES
 from springpot.simulation.kernel.watching import BATCHES, ON_STEPS
 from springpot.simulation.lowering.observers import Observer, begins, layout
 from springpot.simulation.paths.simulation import Simulation

@@ -13,7 +13,7 @@ from springpot.problem.parts import PiezoelectricCircuit, ResonantCircuit
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
-from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.lowering.memory import turned_in_step
 from springpot.simulation.lowering.parts import Arm
 from springpot.simulation.paths.simulation import Simulation

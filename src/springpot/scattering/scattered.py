@@ -31,7 +31,7 @@ from springpot.scattering.devices import (
 from springpot.scattering.estimates import PREDICTED, SHARES, Estimates, Means, estimated
 from springpot.scattering.result import Scatter
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.paths.together import alike

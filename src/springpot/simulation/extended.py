@@ -21,7 +21,7 @@ from springpot.simulation.error.reach import checked_quantities
 from springpot.simulation.estimate.samples import estimates_of, samples_of, watched
 from springpot.simulation.estimate.settled import change_in_window
 from springpot.simulation.estimate.step_biases import step_biases
-from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.monte_carlo import diagnostics_of, door
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.paths.statistics import NORMAL, standard_error

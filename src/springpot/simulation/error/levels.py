@@ -15,7 +15,7 @@ from springpot.simulation.estimate.controls import controls_of
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.estimate.settled import Change, change_in_window
 from springpot.simulation.estimate.slow_impacts import extrapolation_step
-from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_paper import CreepOfPaper

@@ -9,7 +9,7 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.problem.catalogue import possible_results
 from springpot.simulation.estimate.few_events import Watched, errors_of_unseen
-from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.kernel.sizes import GROUP
 from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.lowering.readings import Sum
 from springpot.simulation.paths.simulation import Simulation

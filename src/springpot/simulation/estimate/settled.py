@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import per_cent
 from springpot.problem.messages import Message, say
-from springpot.simulation.kernel.lanes import LANES, middle_of
+from springpot.simulation.kernel.sizes import LANES, middle_of
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.plan import Plan

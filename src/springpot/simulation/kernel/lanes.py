@@ -17,9 +17,9 @@ from numba.extending import intrinsic
 
 from springpot.simulation.kernel.sizes import GROUP as GROUP
 from springpot.simulation.kernel.sizes import LANES as LANES
+from springpot.simulation.kernel.sizes import MOST_MODES as MOST_MODES
+from springpot.simulation.kernel.sizes import middle_of
 from springpot.simulation.kernel.targets import WIDTH as WIDTH
-
-MOST_MODES = 384
 
 # without the two flags by which the compiler assumes that there is no NaN or infinity: divergence must be visible
 FAST: dict[str, Any] = {
@@ -56,11 +56,6 @@ if QUICK:
     }  # fmt: skip
     INLINE = {**LINKED, "forceinline": True}
     OF_USER = {**INLINE, "pipeline_class": OfUser, "_nrt": True}  # it may make arrays
-
-
-def middle_of(low: int, high: int) -> int:
-    """The step at the middle of a window, at the end of a group."""
-    return (low + high) // (2 * GROUP) * GROUP
 
 
 middle = numba.njit(**INLINE)(middle_of)  # the same in compiled code

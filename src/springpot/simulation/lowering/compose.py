@@ -25,9 +25,9 @@ from springpot.simulation.kernel import advance as kernel
 from springpot.simulation.kernel import excitations, laws
 from springpot.simulation.kernel.branches import MARKS, Kept, table_of
 from springpot.simulation.kernel.entries import KERNELS, KERNELS_BY_LANE
-from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_MODES
 from springpot.simulation.kernel.motion import CUBIC, LINEAR, NINTH, NO_SPRING, NUMBERS_OF_TURN
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS
+from springpot.simulation.kernel.sizes import GROUP, LANES, MOST_MODES
 from springpot.simulation.kernel.striking import FIXED, POWER
 from springpot.simulation.kernel.tables import SUMS, Tables, packed
 from springpot.simulation.kernel.user_functions import restitution_of

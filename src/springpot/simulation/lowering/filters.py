@@ -20,7 +20,7 @@ import numpy as np
 from scipy import linalg
 
 from springpot.machine.arrays import Floats
-from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.kernel.sizes import GROUP
 from springpot.simulation.lowering.sources import Filter, Filtered
 from springpot.theory.numerics.white_noise import gathered
 

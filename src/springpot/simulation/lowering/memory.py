@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from springpot.memory import ExponentialSum, exponential_sum
 from springpot.memory.exponential_sum import shared_span
-from springpot.simulation.kernel.lanes import GROUP, MOST_MODES
+from springpot.simulation.kernel.sizes import GROUP, MOST_MODES
 from springpot.simulation.lowering.parts import Arm, Lowered
 from springpot.simulation.plan.schemes import NumericalScheme
 from springpot.simulation.plan.settings import Settings

@@ -49,7 +49,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.simulation.kernel import laws
-from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.kernel.sizes import GROUP
 from springpot.simulation.kernel.user_functions import force_of
 from springpot.simulation.lowering import sources
 from springpot.simulation.lowering.kernel_units import Units

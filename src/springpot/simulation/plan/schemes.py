@@ -13,7 +13,7 @@ from springpot.machine.arrays import Floats
 from springpot.memory import direct
 from springpot.memory.weights import Family
 from springpot.memory.zeta import zeta_beyond_one
-from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.kernel.sizes import GROUP
 from springpot.simulation.plan.options import Options, SchemeOfRun
 
 

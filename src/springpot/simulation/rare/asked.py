@@ -30,8 +30,8 @@ from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_at
 from springpot.simulation.kernel.branches import MARKS
 from springpot.simulation.kernel.callbacks import callback
-from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.loading import Code
+from springpot.simulation.kernel.sizes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS
 from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.lowering.felt import roughness_in_steps

@@ -20,7 +20,7 @@ from springpot.machine.progress import Clock, FractionDone
 from springpot.problem.messages import Message, say
 from springpot.problem.system import System, checked_system
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.kernel.sizes import GROUP
 from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
