@@ -179,6 +179,35 @@ def test_what_theory_and_runs_make_of_free_numbers_is_not_refused() -> None:
         assert simulated(system, **given)["v_mean_square"] == simulated(fixed, **given)["v_mean_square"]
 
 
+@pytest.mark.parametrize("mark", [lambda name, at: sp.free(name, at, (0.5 * at, 2.0 * at)), sp.uncertain])
+@pytest.mark.parametrize(
+    "shaking",
+    [
+        lambda size: sp.WhiteNoise(size, on="ground"), lambda size: sp.ColoredNoise(size, 2.0, on="ground"),
+        lambda size: sp.KanaiTajimiNoise(12.0, 0.6, size), lambda size: sp.PoissonImpulses(2.0, size, on="ground"),
+        lambda size: sp.Harmonic(size, 2.0, on="ground"),
+    ],
+)  # fmt: skip
+def test_a_marked_mass_is_shaken_by_a_marked_ground(mark: Any, shaking: Any) -> None:
+    """Divided by the mass, the size of the noise would be an expression of two."""
+    more = {"cov": 0.1} if mark is sp.uncertain else {}
+    parts = sp.Mass(mark("m", 2.0, **more)), sp.Spring(mark("k", 8.0, **more)), sp.Dashpot(0.5)
+    system = sp.System(*parts, shaking(mark("q", 0.3, **more)))
+    fixed = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(0.5), shaking(0.3))
+    for name in ("x_mean_square", "v_mean_square"):
+        own = sp.theory.linear(system).numbers[name]
+        assert own == pytest.approx(sp.theory.linear(fixed).numbers[name], rel=1e-12)
+
+
+def test_numbers_of_one_name_that_differ_are_two() -> None:
+    one, other = sp.free("k", 1.0, (0.5, 2.0)), sp.free("k", 3.0, (2.0, 5.0))
+    assert type(one + other) is Lost
+    assert float(one + other) == 4.0
+    assert (repr(0.3 * one - 0.1 * one - 0.2 * one), one**1, abs(-one)) == ("0.0", one, one)
+    assert [type(each) for each in (one // 2, 2 % one, abs(sp.free("x", 0.0, (-1.0, 1.0))))] == [Lost] * 3
+    assert (one * np.int64(2)).at(1.5) == (one * np.float32(2.0)).at(1.5) == 3.0
+
+
 def test_a_power_of_a_free_number_stays_free() -> None:
     """The spring of a free natural frequency: its stiffness was silently a fixed number."""
     w = sp.free("w", 3.0, (1.0, 4.0))

@@ -342,8 +342,10 @@ class DrivenLikelihood(LeastSquares):
         if not self.system.of(Stop):
             return True
         plain, self._filters = self._filters, lags
-        chance, self._filters = self._of_noise(self._outer(u), u.size), plain
-        return chance > _BY_CHANCE
+        try:
+            return self._of_noise(self._outer(u), u.size) > _BY_CHANCE
+        finally:
+            self._filters = plain
 
     def _is_lost(self, u: Floats) -> bool:
         """Whether the model does not follow the record, or only a part of it."""

@@ -237,7 +237,7 @@ def profile_ends(
                 at = min(at + (target - root) * at / max(root, 0.2 * target), reach)
             else:
                 at = 0.5 * (inside[0] + outside[0]) if again else _between(inside, outside, target)
-        return float(best.u[place] + side * at)
+        return float(np.clip(best.u[place] + side * at, own.low[place], own.high[place]))
 
     return end_on(-1.0), end_on(1.0)
 

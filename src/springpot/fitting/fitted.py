@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, get_args
@@ -23,8 +24,9 @@ from springpot.fitting.spectra import SpectrumLikelihood
 from springpot.fitting.statistics import MeasuredStatistics
 from springpot.fitting.transfer import ResponseLikelihood
 from springpot.machine.arguments import check_called
-from springpot.machine.faults import Stopped, listed, shown
+from springpot.machine.faults import NoFitError, Stopped, listed, shown
 from springpot.problem.free_numbers import check_certain, free_numbers, with_values
+from springpot.problem.messages import ProblemWarning
 from springpot.problem.parts import PolynomialSpring
 from springpot.problem.parts.registration import kind_of
 from springpot.problem.system import System, check_single, checked_system, system_of
@@ -146,14 +148,20 @@ def _pairs(model: Any) -> tuple[tuple[Any, ...], tuple[MeasuredStatistics, ...]]
 def _best_of(models: Sequence[Any], data: Data, how: How) -> Fit:
     if len(models) < 2:
         raise ValueError(f"model must be a model, or a list of at least two, not {shown(models)}.")
-    fits: list[Fit] = []
+    fits, faults = list[Fit](), list[NoFitError]()
     for model in models:
         try:
             fits.append(_fit(model, data, how))
+        except NoFitError as fault:  # as where no wall of it is struck: the others are compared
+            faults.append(fault)
         except Stopped:
             if not fits:
                 raise
             break
+    if not fits:
+        raise faults[0]
+    for left_out in faults:
+        warnings.warn(f"A model is left out of the comparison: {left_out}", ProblemWarning, stacklevel=4)
     fits.sort(key=lambda fit: fit.bic)
     labels = [
         getattr(fit.model, "__name__", None) or " + ".join(map(kind_of, system_of(fit.model, "model").parts))
@@ -178,17 +186,18 @@ def _fit(model: Any, data: Any, how: How) -> Fit:
         _check_influence(likelihood)
         likelihood.stop = how.stop
     best = search(likelihood, how.seed)
+    likelihood.stop = None  # what is asked of it later is answered
     theta = own.outer(best.u)
     named = own.named(theta)
     if idle := "" if likelihood.stopped else likelihood.without_influence(theta, best.moves):
-        raise ValueError(idle)
+        raise NoFitError(idle)
     whole = likelihood.covariance(theta, np.ones(theta.size, bool))
     covariance = np.full(whole.shape, math.nan)
     if best.moves.any():
         slope = own.slope(theta)[best.moves]
         part = whole if best.moves.all() else likelihood.covariance(theta, best.moves)
         covariance[np.ix_(best.moves, best.moves)] = part * np.outer(slope, slope)
-    likelihood.stop, likelihood.ended = None, True  # what is asked of it later is answered
+    likelihood.ended = True
     # a function keeps its free numbers as its arguments, and the noise of a measurement is no number of the model
     in_model = {} if callable(model) else {name: named[name] for name in free_numbers(model)}
     bic, aicc = _criteria(likelihood, best.deviance)

@@ -246,8 +246,10 @@ class NonlinearRecordLikelihood(Likelihood):
             for n in missing:
                 found[n], ends[n] = here, u
         steps = np.diag(ends[0::2] - ends[1::2])
-        apart = np.array(found[0::2]) - np.array(found[1::2])
-        return np.where(steps != 0.0, apart.T / np.where(steps != 0.0, steps, 1.0), 0.0)
+        with np.errstate(invalid="ignore"):
+            apart = np.array(found[0::2]) - np.array(found[1::2])
+        scores = np.where(steps != 0.0, apart.T / np.where(steps != 0.0, steps, 1.0), 0.0)
+        return np.where(np.isfinite(scores), scores, 0.0)
 
     def covariance(self, theta: Floats, moves: NDArray[np.bool_]) -> Floats:
         """The inverse of the sum of the products of the scores."""
@@ -259,19 +261,26 @@ class NonlinearRecordLikelihood(Likelihood):
         moved = self._scores(self.coordinates.inner(theta)).any(axis=0)
         idle = np.array(self.coordinates.names)[moves & ~moved].tolist()
         why = ", in which no wall is struck," if self.system.of(Barrier) and self._run(theta)[3] < _NONE else ""
-        return f"{listed(idle)} must not be free: the record{why} does not depend on it." if idle else ""
+        them = "it" if len(idle) == 1 else "them"
+        return f"{listed(idle)} must not be free: the record{why} does not depend on {them}." if idle else ""
 
     def doubts(self, theta: Floats) -> tuple[str, ...]:
         """Of impacts that are too few, and of those that follow each other too fast."""
         said, (flow, _) = [*super().doubts(theta)], self.flow(theta)
-        if flow.walls.size and (impacts := self._run(theta)[3]) < _FEW_IMPACTS:
+        walls = self.system.of(Barrier)
+        found = [any(isinstance(each, Free) for each in (wall.position, wall.restitution)) for wall in walls]
+        if any(found) and (impacts := self._run(theta)[3]) < _FEW_IMPACTS:
             said.append(
                 f"The record has about {impacts:.1f} impacts: it hardly tells where a wall is, or its restitution."
             )
         if flow.walls.size and flow.walls[:, 2].min() < _BLURRED:
+            if isinstance(walls[int(flow.walls[:, 2].argmin())].restitution, Free):
+                what = "finds it too low by up to a half of it, with errors that are too small"
+            else:
+                what = "is inexact"
             said.append(
                 f"The restitution is {flow.walls[:, 2].min():.2g}. Below {_BLURRED} many impacts follow each other "
-                "within a sample, and this fit finds it too low by up to a half of it, with errors that are too small."
+                f"within a sample, and this fit {what}."
             )
         return tuple(said)
 

@@ -230,7 +230,7 @@ def _made(table: Table, settings: Mapping[str, str], stated: Stated) -> Data:
         if count > 1 and name not in (*_MOTION, *(("force",) if first == "time" else ())):
             raise ValueError(f"{name} must be one column, not {count}: columns= takes the one that is meant.")
     own = {column.quantity: column for column in columns}
-    if first == "time" and not {"modulus", "compliance"} & {*own}:
+    if first == "time" and ({*_MOTION, "force"} & {*own} or not {"modulus", "compliance"} & {*own}):
         return _record(table, settings, stated)
     if first == "time":
         return _after_step(_without_zero(table, "time"), settings)

@@ -27,6 +27,9 @@ MOST_BYTES = 255  # of the name of a file, on every system of files
 LARGEST = 1e50  # of any number of a problem: squares, cubes and their ratios stay far from the ends of double precision
 
 
+_ROUNDED = 1e-12  # of the sizes of two multiples, below which their difference is rounding
+
+
 class Free(float):
     """A number to be found, marked by `springpot.free`: everywhere else it is the number at which the search starts.
 
@@ -45,7 +48,8 @@ class Free(float):
     -----
     A free number plus, minus, times or over a plain one is free too, so that one number may stand at several places; so
     is a power of one with positive bounds, and the sum of two multiples of one.  Other arithmetic, as with two free
-    numbers, gives what is `Lost`, which parts refuse.
+    numbers, gives what is `Lost`, which parts refuse.  Functions of `math` and of NumPy give plain numbers, and so does
+    a number of NumPy that stands on the left.
 
     Examples
     --------
@@ -133,14 +137,22 @@ class Free(float):
         return _or_plain(self._linear(other, 0.0), float.__mul__, self, other)
 
     def __add__(self, other: Any) -> Any:
-        if isinstance(other, Free) and (other.name, other.power) == (self.name, self.power):
+        if isinstance(other, Free) and self._is_multiple_of(other):
             return self._with(other)
         return _or_plain(self._linear(1.0, other), float.__add__, self, other)
+
+    def _is_multiple_of(self, other: Free) -> bool:
+        """Whether both are multiples of the same power of one number, of which nothing differs."""
+        if (type(other), other.name, other.power) != (type(self), self.name, self.power):
+            return False
+        one, same = self.itself, other.itself
+        pairs = (float(one), float(same)), (one.low, same.low), (one.high, same.high)
+        return all(math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-9 * (one.high - one.low)) for a, b in pairs)
 
     def _with(self, other: Free) -> Any:
         """The sum with a multiple of the number of that name."""
         times, plus, own = self.times + other.times, self.plus + other.plus, self.itself
-        if not times:
+        if abs(times) < _ROUNDED * (abs(self.times) + abs(other.times)):
             return plus
         low, start, high = (times * float(each) ** self.power + plus for each in (own.low, float(own), own.high))
         return self._made(start, low, high, times, plus, self.power)
@@ -160,6 +172,8 @@ class Free(float):
 
     def __pow__(self, other: Any, modulus: None = None) -> Any:
         plain = _are_plain(other) and other and math.isfinite(other)
+        if plain and other == 1.0:
+            return self
         if not plain or self.plus or not (self.low > 0.0 and self.times > 0.0):
             found = float.__pow__(self, other)
             return _lost(found, self) if plain else _or_lost(found, self, other)
@@ -176,6 +190,21 @@ class Free(float):
 
     def __pos__(self) -> Any:
         return self
+
+    def __abs__(self) -> Any:
+        return self if self.low >= 0.0 else -self if self.high <= 0.0 else _lost(float.__abs__(self), self)
+
+    def __floordiv__(self, other: Any) -> Any:
+        return _lost(float.__floordiv__(self, other), self)
+
+    def __rfloordiv__(self, other: Any) -> Any:
+        return _lost(float.__rfloordiv__(self, other), self)
+
+    def __mod__(self, other: Any) -> Any:
+        return _lost(float.__mod__(self, other), self)
+
+    def __rmod__(self, other: Any) -> Any:
+        return _lost(float.__rmod__(self, other), self)
 
     __rmul__, __radd__ = __mul__, __add__
 
@@ -268,8 +297,8 @@ for _name in ("neg", "pos", "abs", *(f"{side}{name}" for side in ("", "r") for n
     setattr(Lost, f"__{_name}__", _stays_lost(f"__{_name}__"))
 
 
-def _are_plain(*numbers: Any) -> bool:
-    return all(isinstance(each, int | float) and not isinstance(each, bool | Free | Lost) for each in numbers)
+def _are_plain(*given: Any) -> bool:
+    return all(isinstance(each, numbers.Real) and not isinstance(each, bool | Free | Lost) for each in given)
 
 
 def _or_plain(found: Any, plain: Any, *numbers: Any) -> Any:

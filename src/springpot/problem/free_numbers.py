@@ -34,8 +34,8 @@ def free(name: str, start: float, bounds: tuple[float, float]) -> Free:
     -------
     Free
         A float, which every part of a `springpot.System` or `springpot.Oscillator` takes and keeps.  Plus, minus, times
-        or over a plain number it stays free, and so does a power of one with positive bounds; other arithmetic gives
-        plain numbers.
+        or over a plain number it stays free, and so do a power of one with positive bounds and a sum of its multiples;
+        what other arithmetic gives is refused by parts.  Functions of `math` and of NumPy give plain numbers.
 
     Raises
     ------

@@ -434,9 +434,9 @@ class System:
     @cached_property
     def per_unit_mass(self) -> System:
         """The same motion with every part divided by the inertia; forces of the ground are forces on the mass."""
-        inertia = float(self.inertia)  # not an uncertain one: a part has one uncertain number in one place
+        inertia, mass = float(self.inertia), float(self.mass)  # not marked ones: no number follows two of them
         return System(**{
-            name: part.alone().per_mass(inertia, self.mass / inertia)
+            name: part.alone().per_mass(inertia, mass / inertia)
             for name, part in self.named()
             if "inertia" not in part.powers
         })  # fmt: skip
@@ -744,10 +744,11 @@ def along(system: System, way: Floats) -> Potential:
         sizes[: len(force)] += np.abs(force)
         if isinstance(part, Stop):
             stop = part if stretch > 0.0 else part.mirrored()
-            place = stop.position / abs(stretch)
+            place = float(stop.position) / abs(stretch)
             if (soft := stop.soft_stop) is not None:
-                stiffness = soft.stiffness * abs(stretch) ** (soft.exponent + 1.0)
-                contacts.append(Contact(place, stiffness, soft.exponent, free_side=stop.free_side))
+                power = float(soft.exponent)
+                stiffness = float(soft.stiffness) * abs(stretch) ** (power + 1.0)
+                contacts.append(Contact(place, stiffness, power, free_side=stop.free_side))
             elif stop.free_side == "above":
                 low = max(low, place)
             else:

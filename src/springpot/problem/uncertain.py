@@ -286,7 +286,8 @@ def uncertain(
     -------
     Uncertain
         A float, which every part takes and keeps.  Theory and pictures have its nominal value.  Plus, minus, times or
-        over a plain number it stays uncertain.  A part refuses what is made of two of them: give it a law of its own.
+        over a plain number it stays uncertain, and so does a power of one with positive bounds.  A part refuses what is
+        made of two of them: mark the result itself, with a law of its own.
 
     Raises
     ------

@@ -33,7 +33,8 @@ class Checked:
                 if isinstance(number, Lost):
                     raise ValueError(
                         f"{name} cannot follow {listed(number.names)} through this expression: only sums with and "
-                        "products by plain numbers, and powers of one number, keep their mark; mark the result itself."
+                        "products by plain numbers, and powers of one number with positive bounds, keep their mark; "
+                        "mark the result itself."
                     )
         return super().__new__(cls)
 

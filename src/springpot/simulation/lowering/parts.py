@@ -493,9 +493,10 @@ def _(part: Barrier, name: str, units: Units, step: float) -> Lowered:
 
 @lower.register
 def _(part: Contact, name: str, units: Units, step: float) -> Lowered:
-    stiffness = part.stiffness * units.length ** (part.exponent - 1.0) * units.time**2
-    dissipation = part.dissipation * units.speed
-    contact = Contact(part.position / units.length, stiffness, part.exponent, dissipation, part.free_side)
+    exponent = float(part.exponent)
+    stiffness = float(part.stiffness) * units.length ** (exponent - 1.0) * units.time**2
+    dissipation = float(part.dissipation) * units.speed
+    contact = Contact(float(part.position) / units.length, stiffness, exponent, dissipation, part.free_side)
     return Lowered(contacts=((name, contact),))
 
 
