@@ -71,7 +71,10 @@ def test_relaxation_and_creep_are_read(tmp_path: Path) -> None:
     assert isinstance(part, sp.MeasuredCreep)
     assert part.compliance[0] == 0.005
     for table, sentence in (
-        ("time_s,modulus_MPa,x_mm\n1,5,2\n2,6,2\n3,7,1\n", "x cannot be a column of relaxation"),
+        (
+            "time_s,modulus_MPa,x_mm\n1,5,2\n2,6,2\n3,7,1\n",
+            "a record must have columns of one kind beside the time, such as x_m, not modulus_MPa and x_mm",
+        ),
         ("time_s,modulus_Pa\n1,5\n2,4\n-3,3\n", "line 4: time_s must be greater than 0, not -3"),
         ("# averages = 3\ntime_s,modulus_Pa\n1,5\n2,4\n3,3\n", "averages is a setting of .*, not of relaxation"),
     ):
