@@ -131,7 +131,7 @@ class PolynomialDashpot(Element):
         return not self.is_linear
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
-        """Of a normal velocity: c1 <v^2>, and c2 <|v|^3> + c3 <v^4> beside."""
+        """Of a normal velocity: c1 <v^2>, and c2 <abs(v)^3> + c3 <v^4> beside."""
         c1, c2, c3 = (*self.coefficients, 0.0, 0.0)[:3]
         return c1, c2 * math.sqrt(8.0 / math.pi) * law.temperature**1.5 + 3.0 * c3 * law.temperature**2
 
@@ -257,11 +257,11 @@ class Friction(Element):
         return True
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
-        """F <|v|> of a normal velocity."""
+        """F <abs(v)> of a normal velocity."""
         return 0.0, self.force * math.sqrt(2.0 * law.temperature / math.pi)
 
     def damping_beside(self, spread: float, speed: float, reduced: float) -> float:
-        """F <|v|> / <v^2>."""
+        """F <abs(v)> over <v^2>."""
         return math.sqrt(2.0 / math.pi) * self.force / max(speed, 1e-300)
 
     def term(self) -> str:
