@@ -180,9 +180,6 @@ class Free(float):
         low, start, high = (float(each**other) for each in (self.low, float(self), self.high))
         return self._made(start, low, high, float(self.times**other), 0.0, float(self.power * other))
 
-    def __rpow__(self, other: Any, modulus: None = None) -> Any:
-        return _lost(float.__rpow__(self, other), self)
-
     def __rtruediv__(self, other: Any) -> Any:
         if _are_plain(other) and other:
             return other * self**-1.0
@@ -193,18 +190,6 @@ class Free(float):
 
     def __abs__(self) -> Any:
         return self if self.low >= 0.0 else -self if self.high <= 0.0 else _lost(float.__abs__(self), self)
-
-    def __floordiv__(self, other: Any) -> Any:
-        return _lost(float.__floordiv__(self, other), self)
-
-    def __rfloordiv__(self, other: Any) -> Any:
-        return _lost(float.__rfloordiv__(self, other), self)
-
-    def __mod__(self, other: Any) -> Any:
-        return _lost(float.__mod__(self, other), self)
-
-    def __rmod__(self, other: Any) -> Any:
-        return _lost(float.__rmod__(self, other), self)
 
     __rmul__, __radd__ = __mul__, __add__
 
@@ -287,14 +272,17 @@ class Lost(float):
         return float(self), self.names
 
 
-def _stays_lost(name: str) -> Callable[..., Any]:
+def _loses(name: str) -> Callable[..., Any]:
+    """An operation of plain numbers whose result follows none of the marked ones in it."""
     plain = getattr(float, name)
-    return lambda self, *others: _or_lost(plain(self, *others), self, *others)
+    return lambda *given: _lost(plain(*given), *(each for each in given if isinstance(each, Free | Lost)))
 
 
 for _name in ("neg", "pos", "abs", *(f"{side}{name}" for side in ("", "r") for name in
                                      ("add", "sub", "mul", "truediv", "pow", "floordiv", "mod"))):  # fmt: skip
-    setattr(Lost, f"__{_name}__", _stays_lost(f"__{_name}__"))
+    setattr(Lost, f"__{_name}__", _loses(f"__{_name}__"))
+for _name in ("rpow", "floordiv", "rfloordiv", "mod", "rmod"):
+    setattr(Free, f"__{_name}__", _loses(f"__{_name}__"))
 
 
 def _are_plain(*given: Any) -> bool:

@@ -50,8 +50,8 @@ def fragility(
         the system, such as ``lambda rms: sp.System(..., sp.KanaiTajimiNoise.from_rms(rms, "g", ...))``.
     limits : dict
         Outputs as in `springpot.response_spectrum`, each with a limit or a list of them, such as
-        ``{"displacement": [0.02, 0.05], "impact_speed": 0.3}``.  Displacements and elongations count on both sides; the
-        closing of a gap alone is the displacement of a `Point` at the stop, or an impact.
+        ``{"displacement": [0.02, 0.05], "impact_speed": 0.3}``.  Displacements and elongations count on both sides;
+        for one side alone, limit the impact speed on a stop there.
     intensities : array_like, optional
         Multiple stripes: all records are scaled to each of these, in m/s^2 (of forces in N) or the unit of ``measure``.
         If left out, each record is taken as it is, a cloud.

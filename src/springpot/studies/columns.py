@@ -121,7 +121,7 @@ def columns_of(
         return tuple(_of_names(system, (*names_of_results(system), *felt), ("",)))
     cycles = numbers_on_request(system, "rainflow", given.get("rainflow", ()))
     counted = numbers_on_request(system, "slowest_counted_impact") if "slowest_counted_impact" in given else ()
-    squares = [name for name in squares_felt(system) if name in controlled and "rtol" in given]
+    squares = [name for name in squares_felt(system) if name in controlled] if "rtol" in given else []
     names = dict.fromkeys((*possible_results(system), *felt, *squares, *cycles, *counted))
     return (*_of_names(system, names, ("", "_se", "_error")), *_of_levels(method, given))
 
