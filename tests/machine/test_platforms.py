@@ -42,6 +42,16 @@ def test_lines_that_threads_add_at_once_are_whole(tmp_path: Path) -> None:
     assert sorted(place.read_bytes().split(b"\n")) == [b"", *[b"a" * 5000] * 50, *[b"b" * 5000] * 50]
 
 
+def test_lines_that_processes_add_at_once_are_whole(tmp_path: Path) -> None:
+    """Of several pages each: what another process has written so far looks like a line that a kill cut."""
+    place = tmp_path / "file"
+    adding = "import sys; from springpot.machine.files import append_line\nfor _ in range(200): append_line(*ARGS)"
+    code = adding.replace("ARGS", "[sys.argv[1], b'x' * 40000]")
+    team = [subprocess.Popen([sys.executable, "-c", code, place]) for _ in range(3)]
+    assert [process.wait() for process in team] == [0] * 3
+    assert place.read_bytes() == (b"x" * 40000 + b"\n") * 600
+
+
 def test_what_is_refused_for_good_is_said(tmp_path: Path) -> None:
     begun, count = time.monotonic(), 0
 

@@ -6,6 +6,7 @@ Whatever else the library asks of a system, each has.  A test finds names that W
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import sys
@@ -72,7 +73,9 @@ def patiently(action: Callable[P, T], *words: P.args, **more: P.kwargs) -> T:
 
 
 class alone:
-    """A context in which no other process adds to a file; a system that adds each line whole needs none.
+    """A context in which no other process adds to a file: a line that is half written looks like one cut by a kill.
+
+    Where a file system knows no locks, lines are whole all the same, and at worst there is an empty one between two.
 
     Parameters
     ----------
@@ -89,6 +92,11 @@ class alone:
 
             os.lseek(self._file, _FAR, os.SEEK_SET)
             patiently(msvcrt.locking, self._file, msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            with contextlib.suppress(OSError):
+                fcntl.flock(self._file, fcntl.LOCK_EX)  # ends with the file, or with the process
 
     def __exit__(self, *_: object) -> None:
         if sys.platform == "win32":
