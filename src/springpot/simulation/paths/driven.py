@@ -36,6 +36,7 @@ from springpot.simulation.plan.plan import COARSEST, Plan, plan_of
 
 _WIDE = 0.15, 0.02, 0.002  # on either side of an order: those that have the same rates of memory, if such are found
 _NEAR = 0.01  # orders that are never parted
+_AT_ONCE = 100_000  # steps of blocks that Ctrl-C can wait for: a thread takes as long as 2,000 of them
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -123,7 +124,10 @@ class Driven:
         def halt() -> None:
             stop[0] = 1
 
-        work_together(work, min(threads, len(blocks)), stop=halt)
+        if len(blocks) * self.plan.settings.steps <= _AT_ONCE:
+            work()
+        else:
+            work_together(work, min(threads, len(blocks)), stop=halt)
         return found
 
     def _block(self, parts: Sequence[Parts], starts: Floats, impulses: Floats, stop: npt.NDArray[np.uint8]) -> Floats:

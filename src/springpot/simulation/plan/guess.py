@@ -287,7 +287,7 @@ def _hopping_time(law: BoltzmannLaw, potential: Potential) -> float:
     """Mean time to cross the highest barrier between two wells, by Kramers' rate; 0 for a single well."""
     depth = potential.energy(law.places) / law.temperature
     rising = np.sign(np.diff(depth))
-    tops = [i for i in range(1, depth.size - 1) if rising[i - 1] > 0.0 > rising[i]]
+    tops = 1 + np.flatnonzero((rising[:-1] > 0.0) & (rising[1:] < 0.0))
     times = [0.0]
     for top in tops:
         climb = depth[top] - max(depth[:top].min(), depth[top:].min())
