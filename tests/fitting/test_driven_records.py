@@ -108,6 +108,20 @@ def test_intervals_cover(kind: str, is_coloured: bool, twins: int) -> None:
         assert naive / count < 0.8 or not is_coloured
 
 
+@pytest.mark.parametrize("is_coloured", [False, True])
+def test_the_likelihood_for_samplers_falls_as_the_errors_say(is_coloured: bool) -> None:
+    """One standard error off in one number, the others held: -2 ln L is more by that of the inverse correlations."""
+    numbers = sp.free("k", 9.0, (1.0, 100.0)), sp.free("c", 0.42, (0.02, 10.0))
+    model = sp.System(sp.Spring(numbers[0]), sp.Dashpot(numbers[1]), sp.PolynomialSpring((0.0, 0.0, 2.5)))
+    fit = sp.fit(model, twin("duffing", 3, is_coloured=is_coloured))
+    best, expected = fit.log_likelihood(fit.values), np.diag(inverse(fit.correlations))
+    for name, rise in zip(fit.names, expected, strict=True):
+        for way in (-1.0, 1.0):
+            moved = {**fit.values, name: fit.values[name] + way * fit.errors[name]}
+            assert 2.0 * (best - fit.log_likelihood(moved)) == pytest.approx(rise, rel=0.02)
+    assert all(best - 10.0 < fit.log_likelihood(each) < best for each in fit.start_ensemble(8))
+
+
 @pytest.mark.parametrize(("seed", "samples"), [(102, 300), *(validation(n, 300) for n in range(103, 112))])
 def test_a_wall_is_found_from_numbers_that_are_far_off(seed: int, samples: int) -> None:
     starts = {"k": 9.0 * 1.3, "c": 0.4 * 0.7, "gap": -0.13, "r": 0.9}

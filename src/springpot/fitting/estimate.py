@@ -237,6 +237,8 @@ def profile_ends(
                 at = min(at + (target - root) * at / max(root, 0.2 * target), reach)
             else:
                 at = 0.5 * (inside[0] + outside[0]) if again else _between(inside, outside, target)
+        else:
+            at = min(outside[0], reach)  # not found closely: rather too wide than too narrow
         return float(np.clip(best.u[place] + side * at, own.low[place], own.high[place]))
 
     return end_on(-1.0), end_on(1.0)
