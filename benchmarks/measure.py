@@ -15,7 +15,7 @@ import numpy as np
 from llvmlite.binding import get_host_cpu_name
 from numba.core.config import CPU_NAME
 
-from springpot.machine.processors import threads_available
+from springpot.machine.crew import threads_available
 from springpot.machine.versions import versions
 
 __all__ = [

@@ -25,7 +25,7 @@ from scipy import optimize
 from benchmarks.measure import folder_for
 from springpot import Barrier, Oscillator, Springpot, System, WhiteNoise
 from springpot.figures.style import COLORS, save
-from springpot.machine.processors import threads_available
+from springpot.machine.crew import threads_available
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.paths.simulation import simulation_of

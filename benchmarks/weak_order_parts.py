@@ -16,7 +16,7 @@ from pathlib import Path
 import springpot as sp
 from benchmarks.measure import folder_for
 from benchmarks.weak_order import Change, read, text, write
-from springpot.machine.processors import threads_available
+from springpot.machine.crew import threads_available
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.paths.statistics import standard_error

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from benchmarks.measure import Row, best_wall
 from benchmarks.peers import compiled_diffrax, numpy_and_numba, numpy_only
 from springpot import Oscillator, Springpot
-from springpot.machine.processors import threads_available
+from springpot.machine.crew import threads_available
 from springpot.simulation import simulate
 
 __all__ = ["white_noise_wall"]

@@ -13,7 +13,7 @@ from functools import partial
 from benchmarks.kernels import MODES, block_cpu, parts_of
 from benchmarks.measure import Row, best_wall, exponent
 from springpot import Barrier, Dimensionless, Oscillator, Springpot, System
-from springpot.machine.processors import threads_available
+from springpot.machine.crew import threads_available
 from springpot.simulation import Run, simulate
 from springpot.simulation.kernel.lanes import LANES
 from springpot.theory import Result, averaging, envelope, exact, fokker_planck, memory_closure

@@ -22,9 +22,9 @@ import springpot
 from springpot import cli
 from springpot.cli import doctor
 from springpot.machine import bar as progress_bar
+from springpot.machine.crew import control_group_quota
 from springpot.machine.faults import with_error
 from springpot.machine.interrupt import leave_at_once
-from springpot.machine.processors import control_group_quota
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.simulation import monte_carlo
 from springpot.simulation.kernel.entries import ENTRIES

@@ -10,7 +10,7 @@ import pytest
 import springpot as sp
 from springpot.explorer.copies import command_of, python_of
 from springpot.explorer.protocol import Problem
-from springpot.machine.places import shell_word
+from springpot.machine.files import shell_word
 
 NAMES = (
     "my device.toml",

@@ -35,8 +35,8 @@ from springpot.cli.terminal import Json, Whole, check_picture, print_json, print
 from springpot.files.units import Decimal
 from springpot.machine.bar import Bar, say
 from springpot.machine.faults import Stopped, known_word, with_error
+from springpot.machine.files import place_for
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
-from springpot.machine.places import place_for
 
 if TYPE_CHECKING:
     from springpot.problem.system import System

@@ -11,8 +11,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from springpot.machine.crew import control_group_quota, threads_available
 from springpot.machine.extras import EXTRAS
-from springpot.machine.processors import control_group_quota, threads_available
 from springpot.machine.trusted import UntrustedFolderError, make_folder
 from springpot.machine.versions import versions
 from springpot.problem.basquin import Basquin

@@ -12,8 +12,8 @@ from cyclopts import App, Parameter
 
 from springpot.cli.terminal import Json, Whole, check_picture, print_json, print_table
 from springpot.machine.bar import Bar, say
+from springpot.machine.files import shell_word
 from springpot.machine.interrupt import leave_at_once
-from springpot.machine.places import shell_word
 from springpot.problem.numbers import label_of
 
 app = App(
@@ -82,7 +82,7 @@ def check(file: _File, *, json_: Json = False) -> int:
     Example: springpot study check dampers.toml
     """
     with leave_at_once():
-        from springpot.machine.processors import threads_available
+        from springpot.machine.crew import threads_available
         from springpot.studies.estimate import estimate
         from springpot.studies.question import read_study
 

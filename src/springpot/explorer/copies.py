@@ -6,7 +6,7 @@ import re
 
 from springpot.explorer.protocol import Problem
 from springpot.machine.faults import listed
-from springpot.machine.places import shell_word
+from springpot.machine.files import shell_word
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.free_numbers import uncertain_numbers
 from springpot.problem.parts import RecordedExcitation

@@ -10,7 +10,7 @@ from typing import ParamSpec, TypeVar
 
 from springpot.explorer.question import Opened
 from springpot.explorer.shelf import Shelf
-from springpot.machine.processors import threads_available
+from springpot.machine.crew import threads_available
 from springpot.problem.system import System
 
 KERNELS = 2  # tabs that simulate at the same time

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterator
 
 from springpot.explorer.question import Opened
-from springpot.machine.toml import toml_of
+from springpot.machine.plain import toml_of
 from springpot.problem.file import read_system
 from springpot.problem.free_numbers import uncertain_numbers
 from springpot.problem.parts import Barrier, Contact, Dashpot, Mass, Spring, Springpot, WhiteNoise

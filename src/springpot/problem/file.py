@@ -17,7 +17,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from springpot.files.units import Decimal
 from springpot.machine.arguments import LARGEST, Free, Uncertain, checked_name, checked_path, finite_number
 from springpot.machine.faults import FileError, listed, meant, shown
-from springpot.machine.toml import read_toml
+from springpot.machine.plain import read_toml
 from springpot.problem.free_numbers import free
 from springpot.problem.parts import RecordedExcitation, SpectralExcitation, WhiteNoise
 from springpot.problem.parts.checks import Checked, fields_of, plain

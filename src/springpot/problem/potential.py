@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from springpot.machine.arrays import Floats
-from springpot.machine.roots import root_between
+from springpot.machine.without_scipy import root_between
 from springpot.problem.parts import Contact
 
 

@@ -23,7 +23,7 @@ from pydantic import (
 )
 
 from springpot.machine.faults import FileError, listed, meant, shown
-from springpot.machine.toml import read_toml
+from springpot.machine.plain import read_toml
 from springpot.problem.catalogue import stated_in
 from springpot.problem.felt import squares_felt
 from springpot.problem.file import read_system

@@ -23,12 +23,11 @@ from pathlib import Path
 from typing import Any
 
 from springpot.machine.arguments import check_called, checked_path
-from springpot.machine.crew import work_together
+from springpot.machine.crew import threads_available, work_together
 from springpot.machine.extras import need
 from springpot.machine.faults import Stopped, shown
 from springpot.machine.interrupt import sigterm_as_ctrl_c
 from springpot.machine.platforms import without_ctrl_c
-from springpot.machine.processors import threads_available
 from springpot.studies.labelled import finish, take_away_labelled
 from springpot.studies.question import Study
 from springpot.studies.store import Store, StoreError, open_store

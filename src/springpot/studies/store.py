@@ -26,8 +26,7 @@ from typing import Any
 
 from springpot.machine.arguments import checked_path
 from springpot.machine.faults import FileError
-from springpot.machine.files import Damaged, partial_name, read_file, remove_orphans, write
-from springpot.machine.places import shell_word
+from springpot.machine.files import Damaged, partial_name, read_file, remove_orphans, shell_word, write
 from springpot.machine.platforms import patiently
 from springpot.machine.record import ENDING, Record, line_of, parts_of, writing
 from springpot.machine.versions import __version__, versions

@@ -9,7 +9,7 @@ import numpy as np
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.arrays import Floats
-from springpot.memory.zeta import zeta_beyond_one
+from springpot.machine.without_scipy import zeta_beyond_one
 from springpot.problem.dimensionless import Dimensionless
 
 N = TypeVar("N", float, Floats)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from springpot.machine.roots import root_between
+from springpot.machine.without_scipy import root_between
 
 COLLAPSE_BELOW = math.exp(-math.pi / math.sqrt(3.0))
 """Restitution (0.163) at and below which white noise makes infinitely many impacts in a finite time."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, cast
 
 from springpot.machine.arguments import LARGEST, check_plain, finite_number
 from springpot.machine.faults import listed, shown
-from springpot.machine.roots import root_between
+from springpot.machine.without_scipy import root_between
 from springpot.problem.parts.checks import Checked, put
 from springpot.problem.parts.registration import Element, Law, Number, check, kind_of, stated_numbers
 

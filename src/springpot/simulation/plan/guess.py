@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from springpot.machine.arrays import Floats
-from springpot.machine.roots import root_between
+from springpot.machine.without_scipy import root_between
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,

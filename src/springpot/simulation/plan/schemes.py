@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 from springpot.machine.arrays import Floats
+from springpot.machine.without_scipy import zeta_beyond_one
 from springpot.memory import direct
 from springpot.memory.weights import Family
-from springpot.memory.zeta import zeta_beyond_one
 from springpot.simulation.kernel.sizes import GROUP
 from springpot.simulation.plan.options import Options, SchemeOfRun
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from springpot.machine.arrays import Floats
+from springpot.machine.crew import threads_available
 from springpot.machine.faults import shown
-from springpot.machine.processors import threads_available
 from springpot.simulation.plan.options import Derivative, Options, SchemeOfRun, StartKind
 from springpot.simulation.plan.schemes import NumericalScheme, scheme_of
 

@@ -35,8 +35,7 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import checked_path, switch
 from springpot.machine.extras import need
-from springpot.machine.files import netcdf_of, write
-from springpot.machine.places import place_for
+from springpot.machine.files import netcdf_of, place_for, write
 from springpot.problem.catalogue import PARTS_OF_ERROR, unit_of_result
 from springpot.problem.file import check_writable
 from springpot.problem.messages import Message

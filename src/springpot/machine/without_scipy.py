@@ -1,10 +1,18 @@
-"""One root between two places, without SciPy, whose optimizers take longer to load than a short run takes."""
+"""A root between two places and Riemann's zeta function, without SciPy, which takes longer to load than a short run."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from springpot.machine.arrays import Floats
+
+_FIRST = 10.0  # of zeta: of the terms that are not summed one by one
+_EVEN = (1 / 12, -1 / 720, 1 / 30240, -1 / 1209600, 1 / 47900160, -691 / 1307674368000)  # B_2k / (2 k)!
 
 
 def root_between(
@@ -74,3 +82,31 @@ def _secant(before: float, now: float, other: float, at_before: float, at_now: f
         above = -at_now * (at_other * second - at_before * first)
         below = second * first * (at_other - at_before)
     return above / below if below != 0.0 else math.inf
+
+
+def zeta_beyond_one(excess: ArrayLike) -> Floats:
+    """zeta(1 + e), to rounding, by Euler and Maclaurin's sum.
+
+    Parameters
+    ----------
+    excess : float or array_like
+        e > 0: so nothing is lost near the pole.
+
+    Returns
+    -------
+    ndarray
+        Of the shape of ``excess``.
+
+    Examples
+    --------
+    >>> round(float(zeta_beyond_one(1.0)) * 6.0 / np.pi**2, 14)
+    1.0
+    """
+    e = np.asarray(excess, float)
+    s = 1.0 + e
+    correction, product = np.zeros_like(s), s * _FIRST ** (-s - 1.0)
+    for j, number in enumerate(_EVEN):
+        correction += number * product
+        product *= (s + 2.0 * j + 1.0) * (s + 2.0 * j + 2.0) / _FIRST**2
+    one_by_one = np.arange(_FIRST - 1.0, 0.0, -1.0) ** -s[..., None]  # the smallest first
+    return np.asarray(one_by_one.sum(axis=-1) + (correction + 0.5 * _FIRST**-s + _FIRST**-e / e))
