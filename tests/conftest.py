@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from _pytest.doctest import DoctestModule
 
-from springpot.machine.one_thread import ONE_THREAD
+from springpot.machine.crew import ONE_THREAD
 
 # NumPy reads them when it is loaded, which none of the plugins named in pyproject.toml does
 for name, number in ONE_THREAD.items():

@@ -8,8 +8,8 @@ import os
 import signal
 import sys
 
+from springpot.machine.crew import ONE_THREAD
 from springpot.machine.interrupt import attended, leave_at_once
-from springpot.machine.one_thread import ONE_THREAD
 
 
 def main() -> int:

@@ -30,8 +30,17 @@ from springpot.cli.flags import (
     problem_of,
     written,
 )
-from springpot.cli.tables import gap, is_number, plain, print_estimates
-from springpot.cli.terminal import Json, Whole, check_picture, print_json, print_table
+from springpot.cli.terminal import (
+    Json,
+    Whole,
+    check_picture,
+    gap,
+    in_words,
+    is_number,
+    print_estimates,
+    print_json,
+    print_table,
+)
 from springpot.files.units import Decimal
 from springpot.machine.bar import Bar, say
 from springpot.machine.faults import Stopped, known_word, with_error
@@ -222,7 +231,7 @@ def compare(
     if result.recommended:
         warn(*(f"{result.recommended}: {sentence}" for sentence in warnings_of(result.answers[result.recommended])))
     if observed is not None and plot is not None:
-        from springpot.figures.comparison import plot_comparison
+        from springpot.figures.stationary import plot_comparison
         from springpot.figures.style import save
 
         save(plot_comparison(observed, result.answers), Path(plot))
@@ -300,7 +309,7 @@ def simulate(
         print_json(answer)
         return _exit_code(answer["diagnostics"])
     print(_stated(result.system))
-    print(f"settings: {plain(answer['settings'])}")
+    print(f"settings: {in_words(answer['settings'])}")
     print_estimates(answer, result.units, result.system.has_mass)
     for place in saved:
         print(place)
@@ -501,7 +510,7 @@ def doctor(
     if json_:
         print_json(findings)
     else:
-        print_table([[name, plain(value)] for name, value in findings.items() if name != "self_check"])
+        print_table([[name, in_words(value)] for name, value in findings.items() if name != "self_check"])
         print(findings["self_check"]["statement"])
     if findings["self_check"]["passed"]:
         return 0

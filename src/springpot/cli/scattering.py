@@ -60,7 +60,7 @@ def scatter(
         )  # fmt: skip
     warn(*found.warnings)
     if plot is not None:
-        from springpot.figures.scattering import plot_scatter
+        from springpot.figures.designing import plot_scatter
         from springpot.figures.style import save
 
         save(plot_scatter(found), Path(plot))

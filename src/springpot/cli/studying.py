@@ -251,7 +251,7 @@ def plot(
     with leave_at_once():
         from springpot.figures.studies import plot_study
         from springpot.figures.style import save
-        from springpot.studies.ask import open_study
+        from springpot.studies.running import open_study
 
     check_picture(out, "out")
     print(save(plot_study(open_study(store), quantities=quantities, kind=kind, along=along), Path(out)))

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 
-from springpot.machine.one_thread import ONE_THREAD
+from springpot.machine.crew import ONE_THREAD
 from springpot.machine.platforms import without_ctrl_c
 
 MOST_ENDS = 10  # of each worker, without a finished task in between
