@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import springpot as sp
-from springpot.designing.samples import sampled_run
+from springpot.designing.quantities import sampled_run
 from springpot.simulation.plan.plan import plan_of
 from springpot.theory import linear
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.designing.samples import sampled_run
+from springpot.designing.quantities import sampled_run
 from springpot.fitting import Fit
 from springpot.fitting.transfer import response_of
 from springpot.simulation.paths.statistics import controlled

@@ -12,7 +12,7 @@ import pytest
 
 import springpot as sp
 from springpot import cli
-from springpot.designing.samples import sampled_run
+from springpot.designing.quantities import sampled_run
 from springpot.designing.surfaces import Form, Surface, places, surface_through
 from springpot.fitting.likelihood import Coordinates, slopes
 from springpot.fitting.simulated_likelihood import MomentsLikelihood, StackedStatistics

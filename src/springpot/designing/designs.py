@@ -8,7 +8,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from springpot.designing.approximation import approximated, places_of
-from springpot.designing.numbers import units_of_free
 from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.results import Design, Round, in_words
@@ -16,11 +15,13 @@ from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, by_mon
 from springpot.designing.search import Approximation
 from springpot.designing.statement import Cost, Space, Wanted, check_names, checked_cost, checked_limits
 from springpot.designing.tolerances import OverDevices, names_over_devices
-from springpot.machine.arguments import check_called, finite_number
+from springpot.machine.arguments import Free, Uncertain, check_called, finite_number
 from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import free_numbers, nominal, uncertain_numbers, with_values
+from springpot.problem.numbers import numbers_of, unit_of
 from springpot.problem.system import System, checked_system
+from springpot.problem.uncertain import centre_of
 from springpot.simulation.error.reach import controllable
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.motions import motion_of
@@ -235,3 +236,25 @@ def _cost_error(cost: Cost, best: Round) -> float:
     whole = {**best.expected, **best.quantities, **best.values}
     errors = {name: error for name in cost.takes if math.isfinite(error := best.errors.get(name, 0.0))}
     return math.hypot(*(cost.of({**whole, name: whole[name] + error}) - best.cost for name, error in errors.items()))
+
+
+def units_of_free(system: System) -> dict[str, str]:
+    """The unit of each free number; empty for one that stands for numbers of different units.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> units_of_free(sp.System(sp.Mass(2.0), sp.Spring(sp.free("k", 80.0, (10.0, 200.0))), sp.WhiteNoise(1.0)))
+    {'k': 'N m-1'}
+    >>> units_of_free(sp.System(sp.Spring(sp.free("w", 2.0, (1.0, 3.0)) ** 2)))
+    {'w': 'rad s-1'}
+    """
+    found: dict[str, set[str]] = {}
+    for name, stated in numbers_of(system).items():
+        value = centre_of(stated) if isinstance(stated, Uncertain) else stated
+        if isinstance(value, Free):
+            unit = unit_of(system, name)
+            if value.power != 1.0:  # the root of a stiffness per unit mass is a frequency
+                unit = "rad s-1" if (unit, value.power) == ("s-2", 2.0) else ""
+            found.setdefault(value.name, set()).add(unit)
+    return {name: units.pop() if len(units) == 1 else "" for name, units in found.items()}

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from springpot.designing.differences import Stencil, extrapolated, stencil
-from springpot.designing.numbers import Numbers, moved_numbers
-from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, theory_values
-from springpot.designing.samples import samples_of
+from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, samples_of, theory_values
 from springpot.designing.sensitivity_results import Sensitivity
 from springpot.machine.arguments import check_called, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word, shown
 from springpot.problem.felt import squares_felt
+from springpot.problem.free_numbers import free_numbers, with_values
+from springpot.problem.numbers import label_of, numbers_of, with_numbers
 from springpot.problem.system import System, checked_system
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import standard_error
@@ -27,6 +27,126 @@ from springpot.simulation.plan.settings import Settings
 
 THEORY_STEP = 0.04  # of the logarithm of a number; halved twice
 USUAL_CHANGE = 0.1
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Numbers of a system by name, and the system with others.
+
+    Attributes
+    ----------
+    system : System
+    values : dict
+        Where the system stands.
+    at : callable
+        From values by name to the system that has them; raises a ValueError where a part refuses one.
+    """
+
+    system: System
+    values: dict[str, float]
+    at: Callable[[Mapping[str, float]], System]
+
+    def moved(self, name: str, distance: float) -> System:
+        """The system with one number changed by this distance of its logarithm."""
+        return self.at({**self.values, name: self.values[name] * math.exp(distance)})
+
+
+def moved_numbers(system: System) -> Numbers:
+    """The free numbers of a system; all numbers that are not 0 if none is free.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> moved_numbers(sp.System(sp.Spring(80.0), sp.Dashpot(0.1))).values
+    {'spring_stiffness': 80.0, 'dashpot_coefficient': 0.1}
+    >>> moved_numbers(sp.System(sp.Spring(sp.free("k", 80.0, (10.0, 200.0))), sp.Dashpot(0.1))).values
+    {'k': 80.0}
+    """
+    if found := free_numbers(system):
+        return Numbers(
+            system, {name: float(number) for name, number in found.items()}, lambda v: with_values(system, v)
+        )
+    values = {name: value for name, value in numbers_of(system).items() if value and math.isfinite(value)}
+    names = {label_of(name): name for name in values}
+    return Numbers(
+        system,
+        {label: values[name] for label, name in names.items()},
+        lambda v: with_numbers(system, {names[label]: value for label, value in v.items()}),
+    )
+
+
+@dataclass(frozen=True)
+class Stencil:
+    """Places in units of the step, and weights times the step.
+
+    Attributes
+    ----------
+    offsets, weights : tuple of float
+    powers : tuple of int
+        Powers of the step in the error, the lowest first.
+    """
+
+    offsets: tuple[float, ...]
+    weights: tuple[float, ...]
+    powers: tuple[int, ...]
+
+
+CENTRAL = Stencil((-1.0, 1.0), (-0.5, 0.5), (2, 4, 6))
+BACKWARD = Stencil((-1.0, -0.5, 0.0), (1.0, -4.0, 3.0), (2, 3, 4))
+FORWARD = Stencil((0.0, 0.5, 1.0), (-3.0, 4.0, -1.0), (2, 3, 4))
+
+
+def stencil(allowed: Callable[[float], bool], step: float) -> Stencil | None:
+    """Central where both sides are allowed, one-sided where one is; None if neither is.
+
+    Parameters
+    ----------
+    allowed : callable
+        Whether the function exists at this distance.
+    step : float
+
+    Examples
+    --------
+    >>> stencil(lambda distance: distance <= 0.0, 0.1).offsets
+    (-1.0, -0.5, 0.0)
+    """
+    below, above = allowed(-step), allowed(step)
+    if below and above:
+        return CENTRAL
+    return BACKWARD if below else FORWARD if above else None
+
+
+def extrapolated(differences: Sequence[Floats], powers: Sequence[int]) -> tuple[Floats, Floats]:
+    """Richardson's extrapolation of differences at a step and its halves, with an estimate of the error.
+
+    Parameters
+    ----------
+    differences : sequence of ndarray
+        The largest step first, each half of the one before.
+    powers : sequence of int
+        Of the step in the error.
+
+    Returns
+    -------
+    value, error : ndarray
+        The error is the last change, of the orders and of the steps, whichever is larger.
+
+    Examples
+    --------
+    >>> f = lambda h: np.array([(np.exp(h) - np.exp(-h)) / (2.0 * h)])
+    >>> value, error = extrapolated([f(0.04), f(0.02), f(0.01)], (2, 4, 6))
+    >>> bool(abs(value[0] - 1.0) < error[0] < 1e-8)
+    True
+    """
+    column = list(differences)
+    error = np.abs(column[-1] - column[0])
+    for power in powers[: len(differences) - 1]:
+        finer = [later + (later - before) / (2.0**power - 1.0) for before, later in itertools.pairwise(column)]
+        error = np.abs(finer[-1] - column[-1])
+        if len(finer) > 1:
+            error = np.maximum(error, np.abs(finer[-1] - finer[-2]))
+        column = finer
+    return column[-1], error
 
 
 def sensitivity(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from springpot.designing.samples import SampledRun, sampled_run
+from springpot.designing.quantities import SampledRun, sampled_run
 from springpot.fitting.statistics import QUANTILE, MeasuredStatistics
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, meant

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.designing.samples import sampled_run
+from springpot.designing.quantities import sampled_run
 from springpot.simulation.estimate.stationary_start import adapt, pilot_paths
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.motions import motion_of
