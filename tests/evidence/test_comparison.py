@@ -20,7 +20,7 @@ from springpot.evidence.comparison import compare
 from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import PAPER_MAP, read_map, trust
 from springpot.evidence.validity import CELLS, gaps_of
-from springpot.figures.comparison import plot_comparison
+from springpot.figures.stationary import plot_comparison
 from springpot.simulation import simulate
 from springpot.theory import (
     NoStationaryStateError,
@@ -88,7 +88,7 @@ def test_the_command_compares_and_draws(
         drawn.append(plot_comparison(*given))
         return drawn[-1]
 
-    monkeypatch.setattr("springpot.figures.comparison.plot_comparison", kept)
+    monkeypatch.setattr("springpot.figures.stationary.plot_comparison", kept)
     flags = ["compare", "--order", "1", "--coefficient", "0.8", "--rtol", "0.3"]
     assert cli.main([*flags, "--plot", str(tmp_path / "a.png")]) == 0
     out = capsys.readouterr().out

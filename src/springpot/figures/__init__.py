@@ -5,24 +5,25 @@ and returns them.  Those that need several panels have no ``ax``, and return a f
 for color-blind readers, and bars are 95 % intervals.
 """
 
+from springpot.figures.approximations import (
+    plot_convergence,
+    plot_fourier_error,
+    plot_fourier_series,
+    plot_memory_error,
+    plot_memory_terms,
+    plot_terms_against_tolerance,
+)
 from springpot.figures.charts import plot_design_chart
-from springpot.figures.comparison import plot_comparison
-from springpot.figures.convergence import plot_convergence
-from springpot.figures.designing import plot_design_curve, plot_sensitivities
-from springpot.figures.fatigue import plot_rainflow
+from springpot.figures.designing import plot_design_curve, plot_scatter, plot_sensitivities
 from springpot.figures.fits import plot_fit, plot_profile
-from springpot.figures.from_rest import plot_survival, plot_transient
-from springpot.figures.memory import plot_memory_error, plot_memory_terms, plot_terms_against_tolerance
 from springpot.figures.motion import plot_path, plot_phase_portrait
-from springpot.figures.over_time import plot_over_time
-from springpot.figures.passages import plot_passage_probability, plot_return_periods
-from springpot.figures.scattering import plot_scatter
-from springpot.figures.series import plot_fourier_error, plot_fourier_series
+from springpot.figures.passages import plot_passage_probability, plot_rainflow, plot_return_periods
 from springpot.figures.spectra import plot_fragility, plot_response_spectrum
-from springpot.figures.stationary import plot_correlation, plot_density, plot_spectrum
+from springpot.figures.stationary import plot_comparison, plot_correlation, plot_density, plot_spectrum
 from springpot.figures.studies import plot_study
 from springpot.figures.style import COLORS, METHOD_LINES, bars, new_figure, new_grid, save
 from springpot.figures.sweeps import plot_against
+from springpot.figures.transients import plot_over_time, plot_survival, plot_transient
 from springpot.figures.validity import plot_gaps, plot_gaps_of_methods, plot_system_gaps, plot_system_gaps_of_methods
 from springpot.machine.extras import need
 

@@ -1,23 +1,35 @@
-"""Pictures of a power law as a sum of exponentials: terms, error, and number of terms."""
+"""Pictures of approximations and their errors.
+
+A power law as a sum of exponentials: its terms, error, and number of terms.  The Fourier series of \\|cos\\| on which
+the averaging rests (the paper's Eq. 10 and Fig. 1).  Errors against the step.
+"""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from springpot.figures.designs import from_zero
-from springpot.figures.style import COLORS, panel
+from springpot.figures.style import COLORS, LOOKS, bars, panel
 from springpot.memory import power_law_sum
 from springpot.memory.exponential_sum import mclean
+from springpot.theory.fourier import partial_sum, truncation_bound, truncation_error
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _ORDERS = {0.25: ("blue", "o"), 0.5: ("vermilion", "s"), 0.75: ("green", "^")}
+_LOOKS: tuple[dict[str, Any], ...] = tuple(
+    {"color": COLORS[color], "linestyle": style, "linewidth": 1.5}
+    for color, style in zip(("vermilion", "green", "blue", "orange"), ("-", "--", "-.", ":"), strict=True)
+)
+_PHASE = np.linspace(-math.pi, math.pi, 2001)
+_LENGTH = 5.0  # of the line of known slope: the ratio of the steps at its ends
 
 
 def even_spacing_terms(tolerance: float, ratio: float) -> float:
@@ -64,7 +76,7 @@ def plot_terms_against_tolerance(
     """Draw the number of terms of t^(-alpha) over six decades of lags against the tolerance.
 
     Full lines and filled marks are the sums used here, dashed lines and hollow marks McLean's, and the dotted line is
-    `springpot.figures.memory.even_spacing_terms`.
+    `springpot.figures.approximations.even_spacing_terms`.
 
     Parameters
     ----------
@@ -209,4 +221,143 @@ def plot_memory_error(
     ax.set(xscale="log", yscale="log", xlim=(shortest, longest), ylim=heights)
     ax.set(xlabel="lag $t$ (s)", ylabel=rf"relative error of $t^{{-{order:g}}}$ (1)")
     ax.legend(frameon=False, fontsize="small", loc="upper right")
+    return ax
+
+
+def plot_fourier_series(ax: Axes | None = None, *, terms: Sequence[int] = (2, 4, 8, 10)) -> Axes:
+    """Draw \\|cos p\\| and partial sums of its Fourier series (the paper's Fig. 1).
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    terms : sequence of int
+        Numbers of terms, at least 0; the paper's by default.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number of terms is not a whole number or negative.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> len(sp.figures.plot_fourier_series(terms=[2, 10]).lines)
+    3
+    """
+    ax = panel(ax, 7.0, 3.6)
+    ax.plot(_PHASE, np.abs(np.cos(_PHASE)), color=COLORS["black"], linewidth=2.2, label=r"$|\cos\varphi|$")
+    for number, count in enumerate(terms):
+        ax.plot(_PHASE, partial_sum(_PHASE, count), label=f"$n = {count}$", **_LOOKS[number % len(_LOOKS)])
+    ax.set_ylabel(r"$|\cos\varphi|$ and its series (1)")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=5, frameon=False)
+    _phase_axis(ax)
+    return ax
+
+
+def plot_fourier_error(ax: Axes | None = None, *, terms: Sequence[int] = (2, 4, 8, 10)) -> Axes:
+    """Draw the error of the partial sums, with the largest one in the legend.
+
+    Parameters
+    ----------
+    ax, terms
+        As in `plot_fourier_series`.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `plot_fourier_series`.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> sp.figures.plot_fourier_error(terms=[10]).get_legend_handles_labels()[1]
+    ['$n = 10$: at most 0.0303']
+    """
+    ax = panel(ax, 7.0, 3.0)
+    for number, count in enumerate(terms):
+        label = f"$n = {count}$: at most {truncation_bound(count):.4f}"
+        ax.plot(_PHASE, truncation_error(_PHASE, count), label=label, **_LOOKS[number % len(_LOOKS)])
+    bound = max((truncation_bound(count) for count in terms), default=1.0)
+    ax.set_ylim(-0.48 * bound, 1.65 * bound)
+    ax.set_ylabel("series less function (1)")
+    ax.legend(loc="upper center", ncols=2, frameon=False)
+    _phase_axis(ax)
+    return ax
+
+
+def _phase_axis(ax: Axes) -> None:
+    ax.set_xlabel(r"phase $\varphi$ (rad)")
+    ax.set_xlim(-math.pi, math.pi)
+    ax.set_xticks([-math.pi, -math.pi / 2, 0, math.pi / 2, math.pi], ["−π", "−π/2", "0", "π/2", "π"])
+
+
+def plot_convergence(
+    errors: Mapping[str, tuple[ArrayLike, ...]],
+    ax: Axes | None = None,
+    *,
+    orders: Sequence[float] = (1.0, 2.0),
+    xlabel: str = "time step (s)",
+    ylabel: str = "error",
+) -> Axes:
+    """Draw errors against the step, on logarithmic axes, with lines of known slope to compare with.
+
+    Parameters
+    ----------
+    errors : dict
+        Name of a scheme to its steps and the sizes of its errors, two arrays of shape (n,), and if they are known a
+        third one with the standard errors of the errors.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    orders : sequence of float
+        Slopes to draw for comparison.
+    xlabel, ylabel : str
+        With units.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        If a scheme has another number of errors than steps, or a step or an error is not positive.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> euler = {"Euler": ([0.1, 0.05], [2e-2, 1e-2])}
+    >>> axes = sp.figures.plot_convergence(euler, orders=[1.0], ylabel="error of x (m)")
+    >>> axes.get_xscale(), axes.get_ylabel()
+    ('log', 'error of x (m)')
+    """
+    ax = panel(ax)
+    corner = math.inf, math.inf  # smallest step and smallest error
+    for number, (name, columns) in enumerate(errors.items()):
+        steps, sizes, *rest = (np.asarray(column, dtype=float) for column in columns)
+        if steps.shape != sizes.shape or steps.ndim != 1 or steps.size == 0:
+            raise ValueError(f"{name} must have as many errors as steps, not {sizes.shape} for {steps.shape}.")
+        if not (np.all(steps > 0.0) and np.all(sizes > 0.0)):
+            raise ValueError(f"steps and errors of {name} must be positive: take the absolute value of an error.")
+        color, mark = LOOKS[number % len(LOOKS)]
+        ax.plot(steps, sizes, "-", color=COLORS[color], lw=1.0)
+        bars(ax, steps, sizes, rest[0] if rest else np.zeros_like(sizes), color=COLORS[color], marker=mark,
+             size=4.5, label=name)  # fmt: skip
+        corner = min(corner[0], float(steps.min())), min(corner[1], float(sizes.min()))
+    for order in orders if errors else ():
+        ends = np.array([1.0, _LENGTH])
+        ax.plot(corner[0] * ends, corner[1] / 3.0 * ends**order, "-", color="0.5", lw=0.9)
+        ax.annotate(
+            f"order {order:g}", (corner[0] * _LENGTH, corner[1] / 3.0 * _LENGTH**order), xytext=(4, 0),
+            textcoords="offset points", ha="left", va="center", fontsize="small", color="0.4",
+        )  # fmt: skip
+    ax.set(xscale="log", yscale="log", xlabel=xlabel, ylabel=ylabel)
     return ax
