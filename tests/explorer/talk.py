@@ -38,7 +38,7 @@ def link(paths: int = 640, *, more: str = "", **given: float) -> str:
 
 
 def unpack(frame: bytes) -> tuple[int, int, list[npt.NDArray[np.float32]]]:
-    """The inverse of `springpot.explorer.frames.pack`: kind, generation, arrays."""
+    """The inverse of `springpot.explorer.protocol.pack`: kind, generation, arrays."""
     kind, generation, count = struct.unpack_from("<3I", frame)
     sizes = struct.unpack_from(f"<{count}I", frame, 12)
     numbers = np.frombuffer(frame, "<f4", offset=12 + 4 * count)

@@ -12,13 +12,13 @@ import pytest
 
 import springpot as sp
 from springpot.explorer.answers import solve, table
-from springpot.explorer.ends import followed
 from springpot.explorer.examples import examples
 from springpot.explorer.fitting import fitted
 from springpot.explorer.gathering import BINS, growth_times
 from springpot.explorer.motion import Player, marks, record
 from springpot.explorer.protocol import Problem
 from springpot.explorer.question import Opened, question_of
+from springpot.explorer.requests import followed
 from springpot.explorer.shelf import GALLERY, MOST_FILES, Shelf, chain, pounding
 from springpot.explorer.sliders import changed, described_parts, numbers, sliders
 from springpot.explorer.views import densities_of, labels, sizes, view_of

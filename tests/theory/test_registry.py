@@ -31,7 +31,7 @@ import json, sys
 from springpot import Oscillator, study
 from springpot.cli import main
 from springpot.explorer.answers import solve, table
-from springpot.explorer.methods import method_list
+from springpot.explorer.server import method_list
 from springpot.figures import METHOD_LINES
 
 assert main(["theory", "--json"]) == 0

@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import warnings_of
-from springpot.explorer.ends import followed
 from springpot.explorer.question import papers_of
+from springpot.explorer.requests import followed
 from springpot.machine.arrays import Floats
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.explorer.ends import titled
+from springpot.explorer.sliders import titled
 from springpot.files.table import Stated
 from springpot.machine.plain import plain
 from springpot.problem.parts import (

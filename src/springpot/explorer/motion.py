@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from springpot.explorer.ends import rows_of
 from springpot.machine.arrays import Floats
+from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import PiezoelectricCircuit, ResonantCircuit
 from springpot.problem.parts.circuits import Circuit
+from springpot.problem.parts.registration import Element
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 from springpot.simulation.kernel.sizes import LANES
@@ -201,3 +202,16 @@ class Player:
             motion.struck[new],
             motion.voltages[:, end - 1],
         ]
+
+
+def rows_of(system: System, kind: type[Element]) -> Floats:
+    """The row of each part of a kind, in their order: of numbers for the displacements of all points.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring
+    >>> rows_of(System(Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(2.0, between=("a", "b"))), Spring).tolist()
+    [[-1.0, 1.0]]
+    """
+    at = Coordinates.of_masses(system.points)
+    return np.array([at.row(part.between) for part in system.of(kind)]).reshape(-1, len(system.points))

@@ -1,9 +1,16 @@
-"""The messages that a tab may send: one JSON object each, validated completely before it is used."""
+"""The messages that a tab may send: one JSON object each, validated completely before it is used; and binary replies.
+
+A binary reply is a short header and arrays of single-precision numbers, which JavaScript reads in place.
+"""
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 LONGEST_MESSAGE = 16_384  # bytes; some 100, and 50 for each number that was changed
@@ -270,3 +277,19 @@ def _sentence(error: ValidationError) -> str:
     places = [str(place)[:40] for place in first["loc"][1:]]  # after the kind of message
     reason = first["msg"][:160]
     return f"{places[-1] if places else 'message'}: {reason[:1].lower()}{reason[1:]}."
+
+
+MOTION, DENSITIES, GROWTH = 1, 2, 3
+
+
+def pack(kind: int, generation: int, arrays: Sequence[npt.ArrayLike]) -> bytes:
+    """Kind, generation and number of arrays, their lengths (all as 32-bit whole numbers), then their numbers.
+
+    Examples
+    --------
+    >>> struct.unpack("<5I2f", pack(MOTION, 7, [[1.0, 2.0], []]))
+    (1, 7, 2, 2, 0, 1.0, 2.0)
+    """
+    packed = [np.asarray(array, "<f4").ravel() for array in arrays]
+    header = struct.pack(f"<{3 + len(packed)}I", kind, generation, len(packed), *(array.size for array in packed))
+    return header + b"".join(array.tobytes() for array in packed)

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.explorer.ends import titled
 from springpot.explorer.excitation import chart
 from springpot.explorer.protocol import Rare
 from springpot.explorer.requests import text_of, unit_of_level
-from springpot.explorer.sliders import shown_in, written
+from springpot.explorer.sliders import shown_in, titled, written
 from springpot.machine.faults import Stopped
 from springpot.machine.progress import until_stopped
 

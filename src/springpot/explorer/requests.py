@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.explorer.ends import titled
 from springpot.explorer.excitation import chart
 from springpot.explorer.protocol import Observe
-from springpot.explorer.sliders import raised, shown_in, written
+from springpot.explorer.sliders import raised, shown_in, titled, written
 from springpot.machine.faults import with_error
 from springpot.machine.progress import until_stopped
 from springpot.problem.basquin import HOUR, Basquin
 from springpot.problem.catalogue import LEVELS, results_on_request, unit_of_result
+from springpot.problem.coordinates import Coordinates
 from springpot.problem.system import System
 
 if TYPE_CHECKING:
@@ -246,3 +246,16 @@ def _profiles(run: Run, length: str) -> Iterator[dict[str, Any]]:
             line = {"name": words, "values": value, "low": value - away, "high": value + away}
             yield chart(words, ("t", "s"), (quantity, unit), own.time, [line],
                         note="Two standard errors on either side.")  # fmt: skip
+
+
+def followed(system: System) -> Iterator[dict[str, Any]]:
+    """What the charts can show: the one mass, or each point of several and each two with a part between them.
+
+    ``name`` is how the names of its results begin, ``row`` what it takes of the displacement of each point.
+    """
+    at = Coordinates.of_masses(system.points)
+    for own, row in at.beginnings.items():
+        yield {"name": own, "title": titled(own[:-1]), "row": row.tolist(), "pair": False}
+    for pair in system.coordinates.linked:
+        name, title = f"{'_'.join(pair)}_elongation_", " to ".join(map(titled, pair))
+        yield {"name": name, "title": title, "row": at.row(pair).tolist(), "pair": True}

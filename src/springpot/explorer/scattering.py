@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.explorer.ends import titled
 from springpot.explorer.excitation import chart
 from springpot.explorer.requests import HISTOGRAM_BINS, text_of
-from springpot.explorer.sliders import shown_in, written
+from springpot.explorer.sliders import shown_in, titled, written
 from springpot.machine.faults import with_error
 from springpot.machine.plain import plain
 from springpot.machine.progress import until_stopped

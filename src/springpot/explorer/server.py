@@ -1,4 +1,4 @@
-"""The server of the page: static files, one WebSocket per tab, and checks of requests.
+"""The server of the page: static files, the list of methods as a script, one WebSocket per tab, checks of requests.
 
 Everyone who can reach the port can use the page, so by default the server is bound to this computer.  Other pages in
 the same browser must not use it: a request with the Host of another server (DNS rebinding), or a WebSocket with the
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
+import json
 import mimetypes
 import signal
 import socket
@@ -27,13 +28,13 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from springpot.explorer.engine import MOST_SESSIONS, Engine
-from springpot.explorer.methods import method_list
 from springpot.explorer.protocol import LONGEST_MESSAGE, Problem, parse
 from springpot.explorer.question import Opened
 from springpot.explorer.session import Session
 from springpot.explorer.views import opened_script
 from springpot.machine.interrupt import sigterm_as_ctrl_c
 from springpot.machine.platforms import claim_port
+from springpot.theory.registry import METHODS
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -57,6 +58,7 @@ HEADERS = {
 }
 PLACE = "system"  # in the address: which system of the shelf a tab shows
 _LOCAL_NAMES = ("localhost", "127.0.0.1", "[::1]")
+LINE_WIDTH = 2.0  # px, of the page's curves
 
 
 class Allowance:
@@ -360,3 +362,23 @@ def serve(sockets: Sequence[socket.socket], ready: Callable[[], None], opened: O
     )
     with sigterm_as_ctrl_c():
         Server(config).run(list(sockets))
+
+
+def method_list() -> str:
+    """A JavaScript module with the methods by name, the most exact first: label, color, dash in px, ``over_order``.
+
+    Examples
+    --------
+    >>> method_list().splitlines()[1]
+    'export const NAMES = Object.keys(METHODS);'
+    """
+    listed = {
+        method.name: {
+            "label": method.label,
+            "color": method.color,
+            "dash": [LINE_WIDTH * length for length in method.dash],
+            "over_order": method.over_order,
+        }
+        for method in reversed([*METHODS.values()])
+    }
+    return f"export const METHODS = {json.dumps(listed)};\nexport const NAMES = Object.keys(METHODS);\n"

@@ -14,10 +14,12 @@ from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from springpot.explorer import frames
 from springpot.explorer.engine import Engine, have_kernel
 from springpot.explorer.measured import Measured, Parts, Work, sentence_of
 from springpot.explorer.protocol import (
+    DENSITIES,
+    GROWTH,
+    MOTION,
     AnyMessage,
     File,
     FilePart,
@@ -33,6 +35,7 @@ from springpot.explorer.protocol import (
     StopObserving,
     StopRare,
     StopScatter,
+    pack,
 )
 from springpot.explorer.question import Question, question_of
 from springpot.machine.plain import plain
@@ -196,7 +199,7 @@ class Session:
                 player.forward(NUDGE * self._nudges)
             self._nudges = 0
             if part := player.due():
-                messages.append(frames.pack(frames.MOTION, question.asked.generation, part))
+                messages.append(pack(MOTION, question.asked.generation, part))
             if player.ended and self._playing:
                 self._next_path.set()
         return messages
@@ -334,8 +337,8 @@ class Session:
             report, densities, growth = await self._engine.simulate(_grown, growing)
             said = labels(question.system, [*report["values"]])
             self._post("estimates", **report, labels=said, undefined=question.motion.uncountable)
-            self._slots["densities"] = frames.pack(frames.DENSITIES, question.asked.generation, densities)
-            self._slots["grown"] = frames.pack(frames.GROWTH, question.asked.generation, growth)
+            self._slots["densities"] = pack(DENSITIES, question.asked.generation, densities)
+            self._slots["grown"] = pack(GROWTH, question.asked.generation, growth)
 
     async def _curve(self, question: Question) -> None:
         for paper in question.papers:

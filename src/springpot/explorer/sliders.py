@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from springpot.explorer.ends import ends_of
 from springpot.explorer.tolerances import Tolerance, moved, tolerance_of
 from springpot.machine.arguments import Free, Uncertain
 from springpot.problem.numbers import ROOT, number_of, numbers_of, unit_of, with_numbers
@@ -22,6 +21,7 @@ from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 from springpot.problem.uncertain import Lognormal, Normal
 
+GROUND = -1
 _DECADES = 1.0  # on either side of a positive number
 _TIMES = 2.0  # the size of a number of either sign, on both sides of 0
 _STEPS = 200
@@ -325,3 +325,32 @@ def laws_in_words(system: System) -> dict[str, str]:
             words = written(unit_of(system, path)) if value.power == 1.0 else ""
             found.setdefault(value.name, f"{value.law} {words}".rstrip())
     return found
+
+
+def ends_of(system: System) -> dict[str, tuple[int, int]]:
+    """The numbers of the two points of each part, `GROUND` of the ground.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring
+    >>> ends_of(System(Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(2.0, between=("ground", "b"))))
+    {'spring': (-1, 1)}
+    """
+    points = system.points
+    known = {"ground": GROUND} | {point: number for number, point in enumerate(points)}
+    found = {}
+    for name, part in system.elements.items():
+        first, second = part.between or ("ground", points[0])
+        found[name] = known.get(first, 0), known.get(second, 0)  # a mass alone is called mass too
+    return found
+
+
+def titled(name: str) -> str:
+    """A name as the page writes it.
+
+    Examples
+    --------
+    >>> titled("left_wall")
+    'left wall'
+    """
+    return name.replace("_", " ")

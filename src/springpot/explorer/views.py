@@ -8,12 +8,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from springpot.explorer.ends import followed, titled
 from springpot.explorer.examples import examples
 from springpot.explorer.excitation import charts_of_excitation, table_of
 from springpot.explorer.question import Opened, papers_of
-from springpot.explorer.requests import offered
-from springpot.explorer.sliders import described_parts, sliders, written
+from springpot.explorer.requests import followed, offered
+from springpot.explorer.sliders import described_parts, sliders, titled, written
 from springpot.machine.faults import listed
 from springpot.problem.catalogue import stated_in, unit_of_result
 from springpot.problem.system import System
