@@ -10,11 +10,10 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.simulation.error.decision import FEWEST_PATHS
-from springpot.simulation.estimate.completed_rate import counts_of_fast_impacts, with_completed_rate
 from springpot.simulation.estimate.controls import controls_of
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.estimate.settled import Change, change_in_window
-from springpot.simulation.estimate.slow_impacts import extrapolation_step
+from springpot.simulation.estimate.slow_impacts import counts_of_fast_impacts, extrapolation_step, with_completed_rate
 from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.plan.creep import Creep

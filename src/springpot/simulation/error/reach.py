@@ -10,7 +10,7 @@ here: impacts soon separate two paths with the same noise, so that a difference 
 
 The balances of energy, momentum and virial are control variates (`springpot.simulation.estimate.controls`).  Paths and
 pairs are added until the total errors are below the tolerance; `springpot.simulation.error.decision` chooses their
-numbers and the step.  With a lossy wall the impact rate is that of `springpot.simulation.estimate.completed_rate`,
+numbers and the step.  With a lossy wall the impact rate is that of `springpot.simulation.estimate.slow_impacts`,
 which adds the slow impacts that a step cannot resolve.
 """
 
@@ -44,7 +44,7 @@ from springpot.simulation.error.levels import (
 from springpot.simulation.estimate.samples import watched
 from springpot.simulation.estimate.settled import Change, change_of_start
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.lowering.readings import has_damping
+from springpot.simulation.lowering.compose import has_damping
 from springpot.simulation.paths.simulation import Progress, Simulation
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of

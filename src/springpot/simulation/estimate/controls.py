@@ -28,7 +28,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.problem.parts import Barrier, Dashpot, FractionalMaxwell, Mass, Maxwell, Spring, Springpot, WhiteNoise
-from springpot.simulation.lowering.readings import Sum
+from springpot.simulation.lowering.compose import Sum
 from springpot.simulation.paths.simulation import Simulation
 
 SUMMED = (Mass, Spring, Springpot, Dashpot, FractionalMaxwell, Maxwell, Barrier, WhiteNoise)

@@ -10,8 +10,7 @@ from springpot.machine.arrays import Floats
 from springpot.problem.catalogue import possible_results
 from springpot.simulation.estimate.few_events import Watched, errors_of_unseen
 from springpot.simulation.kernel.sizes import GROUP
-from springpot.simulation.lowering.compose import Parts
-from springpot.simulation.lowering.readings import Sum
+from springpot.simulation.lowering.compose import Parts, Sum
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import ratio, residual, standard_error
 from springpot.simulation.plan.plan import Plan

@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import lru_cache
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -47,10 +48,50 @@ from springpot.simulation.lowering.parts import (
     numbers_of,
     thermal_noise,
 )
-from springpot.simulation.lowering.precision import turned_in_single
-from springpot.simulation.lowering.readings import Reading, Sum, has_damping
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
+
+Sum = tuple[str, str]
+"""A sum over the steps of a path: of which quantity, and whose: of a coordinate, a row, a force, a wall, a circuit."""
+_TRIED = 16  # neighbours of a number on either side, by about a unit in the last place
+_MANY = 1e6  # steps
+_AXES = (-1, 1, 1), (1, -1, 1), (1, 1, -1)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One result as sums over steps, time or other sums.
+
+    Attributes
+    ----------
+    name : str
+        Of the result.
+    above : dict
+        The sums, each with its factor.
+    over : {"steps", "time", "groups", "one"} or tuple of Sum
+        What they are divided by: the steps, the time or the groups of steps of the window, nothing, or other sums (a
+        ratio of two means over all paths).
+    added : float
+        To the quotient.
+    power : int
+        Of the whole of each path.
+    squares : dict
+        Sums whose squares are added to that, each with its factor.
+    """
+
+    name: str
+    above: Mapping[Sum, float]
+    over: Literal["steps", "time", "groups", "one"] | tuple[Sum, ...] = "steps"
+    added: float = 0.0
+    power: int = 1
+    squares: Mapping[Sum, float] = field(default_factory=dict)
+
+
+def has_damping(system: System) -> bool:
+    """Whether the sums of springpots, dashpots, arms and circuits are of anything."""
+    linear = (part.dissipates and part.is_linear and "damping" in part.powers for part in system.parts)
+    return bool(system.damping) or any(linear)
+
 
 _ENDS = "x_end", "v_end"
 _TOUCHING_SPEED = 6.0  # in the kernel's units, which are those of the motion: of a rare flight
@@ -989,3 +1030,26 @@ def _of_a_lone_mass(system: System, parts: Parts, away: float) -> Iterator[Readi
     if parts.contacts:
         yield Reading("contact_share", {("contact time", ""): 1.0}, "time")
         yield Reading("contact_penetration", {("contact depth", ""): 1.0}, "one")
+
+
+_f32 = np.float32
+
+
+@lru_cache(maxsize=64)  # the levels of a run ask for the same few steps again and again
+def turned_in_single(loss: float, sine: float, back: float) -> tuple[float, float, float]:
+    """The numbers of a rotation in single precision: those neighbours that change an energy least in many steps.
+
+    The energy grows by the determinant in every step, and the ratio of the two sines shares it among x and v.
+    """
+    losses, sines, backs = (
+        _near(number).reshape(shape) for number, shape in zip((loss, sine, back), _AXES, strict=True)
+    )
+    lost, one, two = losses.astype(float), sines.astype(float), backs.astype(float)
+    change = _MANY * abs(lost * (2.0 + lost) + one * two) + abs(one / sine - two / back)
+    i, j, k = np.unravel_index(np.argmin(change), change.shape)
+    return float(losses[i, 0, 0]), float(sines[0, j, 0]), float(backs[0, 0, k])
+
+
+def _near(number: float) -> npt.NDArray[np.float32]:
+    """Single numbers near one, from a millionth below it to a millionth above."""
+    return (number * (1.0 + np.arange(-_TRIED, _TRIED + 1) * 2.0**-24)).astype(_f32)

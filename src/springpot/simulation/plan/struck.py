@@ -45,7 +45,7 @@ class StruckWalls:
     def resolved_speed(self, step: float) -> float:
         """The lower of the two speeds in m/s at which impacts are counted so that the errors of a step cancel.
 
-        In units of sqrt(q h); see `springpot.simulation.estimate.completed_rate`.
+        In units of sqrt(q h); see `springpot.simulation.estimate.slow_impacts`.
         """
         return (0.47 + 0.43 * self.restitution) * math.sqrt(self.intensity * step)
 

@@ -17,9 +17,8 @@ from springpot.problem.messages import Message, say
 from springpot.problem.parts import RecordedExcitation, SpectralExcitation, Springpot
 from springpot.problem.parts.records import FEWEST_SAMPLES
 from springpot.simulation.estimate.few_events import Watched, about_few
-from springpot.simulation.estimate.settled import change_in_window, rounded_up
+from springpot.simulation.estimate.settled import change_in_window, left_of_start, rounded_up
 from springpot.simulation.estimate.slow_impacts import quantile_step_bias
-from springpot.simulation.estimate.start_left import left_of_start
 from springpot.simulation.estimate.step_biases import impact_biases, missed_in
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, spread_by_logarithms
