@@ -12,8 +12,8 @@ import pytest
 
 import springpot as sp
 from springpot.machine.faults import NotCoveredError
-from springpot.spectra.quantiles import quantiles_of
 from springpot.spectra.recursion import Oscillator
+from springpot.spectra.response import quantiles_of
 from tests.sizes import thinned
 from tests.spectra.by_hand import Floats, at2, largest
 

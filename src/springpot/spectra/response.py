@@ -21,7 +21,6 @@ from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.settings import checked_seed, checked_threads, whole_number
 from springpot.spectra import recursion, stationary
 from springpot.spectra.largest import check_outputs, largest_values, of_each, unit_of_output
-from springpot.spectra.quantiles import quantiles_of
 from springpot.spectra.recursion import Kind
 from springpot.spectra.spectrum import ResponseSpectrum, Spectrum
 from springpot.spectra.templates import USUAL_DAMPING, Template, systems_of
@@ -34,6 +33,7 @@ _USUAL_PATHS = 256
 _TAIL = 2.0  # periods after the last point of a record, where the kernel has to find the largest values
 _MOST_PERIODS = 10_000
 _SAID = 0.02  # share of the records that depend on the step
+_CHANCE = 0.025  # on either side of a 95 % interval
 
 
 def response_spectrum(
@@ -291,3 +291,29 @@ def _factor(periods: Floats, word: str) -> Floats:
 
 def _unit(system: System, word: str) -> str:
     return {"pseudo_acceleration": "m s-2", "pseudo_velocity": "m s-1"}.get(word) or unit_of_output(system, word)
+
+
+def quantiles_of(values: Floats, shares: Sequence[float]) -> Floats:
+    """Quantiles of the last axis, and the ends of their 95 % intervals, shape (3, shares, ...).
+
+    The ends are values of the sample: how many of them lie below a quantile has a binomial law.  Where the sample is
+    too small for an end it is 0 or infinite.
+
+    Examples
+    --------
+    >>> quantiles_of(np.arange(1.0, 12.0), [0.5]).ravel().tolist()
+    [6.0, 2.0, 10.0]
+    >>> quantiles_of(np.array([1.0, 2.0]), [0.5]).ravel().tolist()
+    [1.5, 0.0, inf]
+    """
+    from scipy.stats import binom  # slow to import
+
+    count = values.shape[-1]
+    ordered = np.concatenate(
+        [np.zeros((*values.shape[:-1], 1)), np.sort(values, axis=-1), np.full((*values.shape[:-1], 1), math.inf)],
+        axis=-1,
+    )
+    low = [int(binom.ppf(_CHANCE, count, share)) for share in shares]
+    high = [int(binom.ppf(1.0 - _CHANCE, count, share)) + 1 for share in shares]
+    middle = np.quantile(values, shares, axis=-1)
+    return np.stack([middle, np.moveaxis(ordered[..., low], -1, 0), np.moveaxis(ordered[..., high], -1, 0)])

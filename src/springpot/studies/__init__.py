@@ -11,18 +11,16 @@ from typing import TYPE_CHECKING, Any
 from springpot.machine.extras import need
 
 if TYPE_CHECKING:
-    from springpot.studies.ask import open_study, study
     from springpot.studies.question import Study, read_study
-    from springpot.studies.running import Outcome, run_study
+    from springpot.studies.running import Outcome, open_study, run_study, study
     from springpot.studies.store import Store, StoreError, open_store
 
 need("studies", "a study")
 
 __all__ = ["Outcome", "Store", "StoreError", "Study", "open_store", "open_study", "read_study", "run_study", "study"]
 _PLACES = {
-    "ask": ("open_study", "study"),
     "question": ("Study", "read_study"),
-    "running": ("Outcome", "run_study"),
+    "running": ("Outcome", "open_study", "run_study", "study"),
     "store": ("Store", "StoreError", "open_store"),
 }
 

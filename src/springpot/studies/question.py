@@ -31,9 +31,8 @@ from springpot.problem.numbers import ROOT, check_number, label_of, numbers_of, 
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts.checks import put
 from springpot.problem.system import System, checked_system
-from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
+from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points, with_draws
 from springpot.studies.columns import Column, columns_of, names_in_results, scalars_of
-from springpot.studies.draws import with_draws
 from springpot.studies.tables import (
     PARAMETERS,
     SIMULATED,
