@@ -308,6 +308,28 @@ def test_two_walls_are_mirror_images() -> None:
     assert there.values["q"] == pytest.approx(here.values["q"], rel=1e-6)
 
 
+def test_a_mass_between_two_walls() -> None:
+    """20 s in which both are struck often."""
+
+    def between(low: float, high: float, r: float, q: float) -> sp.System:
+        walls = sp.Barrier(low, r, free_side="above"), sp.Barrier(high, r, free_side="below")
+        return sp.System(sp.Spring(40.0), sp.Springpot(0.5, 3.0), *walls, sp.WhiteNoise(q))
+
+    truth = {"low": -0.08, "high": 0.1, "r": 0.7, "q": 12.0}
+    run = sp.simulate(between(**truth), paths=1, record=1, duration=40.0, step=2.5e-4, seed=5, record_every=40)
+    data, _ = record(run.record[0, -2000:, 0], 5)
+    starts = {
+        "low": (-0.1, (-0.3, -0.005)),
+        "high": (0.13, (0.005, 0.3)),
+        "r": (0.6, (0.05, 1.0)),
+        "q": (9.0, (0.1, 100.0)),
+    }
+    fit = sp.fit(between(**{name: sp.free(name, *own) for name, own in starts.items()}), data)
+    for name, value in truth.items():
+        assert abs(fit.values[name] - value) < 4.0 * fit.errors[name], name
+    assert max(fit.errors["low"], fit.errors["high"]) < 3e-4
+
+
 def test_a_short_record_of_the_velocity() -> None:
     """10 s: it tells the restitution and the noise, and hardly where the wall is."""
     data, _ = record(twins(wall, "v", 1, 10.0, 2.5e-4, 5)[0], 5, "v")
