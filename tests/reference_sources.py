@@ -256,9 +256,10 @@ def begun(own: Filter, law: tuple[Floats, Floats], more: float, draw: Numbers) -
     each = move[:-1, :-1].T, move[-1:, :-1].T, noise[:-1, :-1], noise[-1:, -1:] + more
     unsure = linalg.solve_discrete_are(*each, s=noise[:-1, -1:])
     values, vectors = np.linalg.eigh(stationary - unsure)
-    root = np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T)[1].T
+    root = np.tril(np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T)[1].T)
+    root *= np.where(np.diag(root) < 0.0, -1.0, 1.0)  # the one root whose diagonal is not negative
     sizes = np.concatenate([draw.normals(4, 64 + k) for k in range(-(-len(root) // 4))])
-    return np.tril(root) @ sizes[: len(root)], unsure
+    return root @ sizes[: len(root)], unsure
 
 
 GIVEN: dict[type, Callable[..., Floats]] = {

@@ -88,7 +88,7 @@ def start_ensemble(own: Coordinates, u: Floats, covariance: Floats, walkers: int
     whole = np.diag(wide**2)
     whole[np.ix_(known, known)] = covariance[np.ix_(known, known)]
     values, vectors = np.linalg.eigh(whole)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T  # symmetric: it has no signs to be chosen
     rng, found = np.random.default_rng(seed), []
     for _ in range(walkers):
         for _ in range(_TRIES):

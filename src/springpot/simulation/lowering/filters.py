@@ -137,6 +137,10 @@ def _stationary(block: Filter) -> Floats:
 
 
 def _root(covariance: Floats) -> Floats:
-    """A lower triangular root of a covariance, which may be singular."""
+    """The lower triangular root of a covariance, which may be singular.
+
+    Its diagonal is not negative: the signs that libraries give are those of eigenvectors, which processors choose.
+    """
     values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(np.tril(np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T)[1].T))
+    root = np.tril(np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T)[1].T)
+    return np.asarray(root * np.where(np.diag(root) < 0.0, -1.0, 1.0))

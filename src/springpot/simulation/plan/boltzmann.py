@@ -109,7 +109,8 @@ def boltzmann_of_modes(system: System) -> BoltzmannOfModes | None:
         return None
     theta = thermal[0].temperature
     speeds = np.asarray(np.linalg.cholesky(coordinates.accelerations(theta * np.eye(size))), float)
-    law = BoltzmannOfModes(theta, shapes * np.sqrt(theta / values), speeds, others)
+    root = (shapes * np.sqrt(theta / values)) @ shapes.T  # symmetric: the signs of shapes are a processor's choice
+    law = BoltzmannOfModes(theta, root, speeds, others)
     tried = np.random.Generator(np.random.Philox(0)).standard_normal((_TRIED, size)) @ law.root.T
     return law if law.kept(tried).mean() > _LEAST_KEPT else None
 
