@@ -180,10 +180,18 @@ def decide(standing: Standing) -> Move:
     >>> decide(Standing(0.005, [known], 0, 1024, 0, 300, 0.0, 1e6, 1e9, 3, True)).kind
     'more'
     """
+    rtol, aims = standing.rtol, dict[str, float]()  # total errors aimed at, in the quantities' units
     for known in standing.known:
-        if math.isinf(known.off):
-            return _look_for(known, standing)
-    aims = {known.name: _aim(known, standing) for known in standing.known}
+        if math.isinf(known.off):  # more pairs for a quantity that has no value yet
+            more = math.ceil(MOST_GROWTH * standing.pairs)
+            cost = standing.path_steps(0, 0.0, more - standing.pairs)
+            if standing.spent + cost > min(standing.most_path_steps, UNSEEN):
+                return standing.unchanged("stop", known.name, rtol, cost)
+            return Move("more", known.name, rtol, standing.paths, more, standing.finer, cost)
+        least = known.fixed
+        if not standing.step_can_be_halved:
+            least += _sure(known, standing, standing.most_finer)
+        aims[known.name] = max(rtol * abs(known.value), ROOM * least)
     worst = max(standing.known, key=lambda known: known.total / aims[known.name])
     aim = aims[worst.name] / abs(worst.value)
     if worst.total <= aims[worst.name]:
@@ -194,13 +202,8 @@ def decide(standing: Standing) -> Move:
     if not sound and standing.step_can_be_halved:
         left = 2.0 * standing.path_steps(plan.finer, plan.paths, plan.pairs)
         return standing.unchanged("halve", worst.name, aim, left)
-    return _towards(standing, plan, worst.name, aim)
-
-
-def _towards(standing: Standing, plan: _Plan, worst: str, aim: float) -> Move:
-    """The next round of a plan."""
     kept = standing.paths if plan.finer == standing.finer else 0
-    paths, pairs = plan.paths, plan.pairs
+    paths, pairs = plan.paths, plan.pairs  # of the next round
     left = standing.path_steps(plan.finer, max(paths - kept, 0.0), pairs - standing.pairs)
     if pairs > MOST_GROWTH * standing.pairs:  # the plan rests on a difference that is hardly known
         kept, paths, pairs, finer = standing.paths, standing.paths, MOST_GROWTH * standing.pairs, standing.finer
@@ -211,29 +214,12 @@ def _towards(standing: Standing, plan: _Plan, worst: str, aim: float) -> Move:
     cost = standing.path_steps(finer, paths - kept, pairs - standing.pairs)
     share = min(1.0, (standing.most_path_steps - standing.spent) / cost)
     if share < 0.05:
-        return standing.unchanged("stop", worst, aim, left)
+        return standing.unchanged("stop", worst.name, aim, left)
     return Move(
-        "more", worst, aim,
+        "more", worst.name, aim,
         math.ceil(kept + share * (paths - kept)), math.ceil(standing.pairs + share * (pairs - standing.pairs)),
         finer, max(left, cost),
     )  # fmt: skip
-
-
-def _look_for(known: Known, standing: Standing) -> Move:
-    """More pairs for a quantity that has no value yet."""
-    pairs = math.ceil(MOST_GROWTH * standing.pairs)
-    cost = standing.path_steps(0, 0.0, pairs - standing.pairs)
-    if standing.spent + cost > min(standing.most_path_steps, UNSEEN):
-        return standing.unchanged("stop", known.name, standing.rtol, cost)
-    return Move("more", known.name, standing.rtol, standing.paths, pairs, standing.finer, cost)
-
-
-def _aim(known: Known, standing: Standing) -> float:
-    """Total error aimed at, in the quantity's unit."""
-    least = known.fixed
-    if not standing.step_can_be_halved:
-        least += _sure(known, standing, standing.most_finer)
-    return max(standing.rtol * abs(known.value), ROOM * least)
 
 
 def _sure(known: Known, standing: Standing, finer: int) -> float:

@@ -34,7 +34,6 @@ from springpot.simulation.error.budget import Budget, Estimates, combine
 from springpot.simulation.error.decision import MOST_FINER, Known, Move, Standing, decide
 from springpot.simulation.error.levels import (
     FEWEST_PAIRS,
-    Level,
     Levels,
     first_pairs,
     first_step,
@@ -245,7 +244,11 @@ def reach(
         report.say(0.0, 0.0, levels.work(paths, pairs), reason, rtol, wanted[0])
         while True:
             before = levels.path_steps
-            levels = _round(levels, paths, pairs, report, patience=3.0 if best is None else 1.0)
+            patience, begun = 3.0 if best is None else 1.0, time.perf_counter()
+            if report.clock.seconds(levels.work(paths, pairs)) > patience * report.clock.left:
+                raise OutOfTimeError
+            levels = levels.extended(paths, pairs, report.block)
+            report.clock.measure(levels.path_steps - before, time.perf_counter() - begun)
             spent += levels.path_steps - before
             outcome = _outcome(request, levels, spent, shortest)
             move = outcome.move
@@ -275,10 +278,20 @@ def reach(
         why = _why_no_better(request, outcome, spent)
     except OutOfTimeError:
         if best is None:
-            raise TimeoutError(_too_short(report)) from None
+            needed = "the pilot runs for the stationary start were not finished"
+            if report.time_left:
+                needed = f"the smallest run takes about {report.time_left}"
+            raise TimeoutError(
+                f"max_time of {report.clock.limit:g} s is too short for any result: {needed}. {COMPILATION}"
+            ) from None
         why = f"max_time of {report.clock.limit:g} s is over (about {report.time_left} more would be needed)"
     paths, pairs = best.levels.many.paths, best.levels.pair_coarse.paths
     change = differs or best.levels.best.unsettled(rtol, wanted)
+    shortfall = ""
+    if best.off > rtol and not change:
+        reached = f"known to {per_cent(best.off)}" if math.isfinite(best.off) else "not known at all"
+        worst = max(best.known, key=lambda known: known.off)
+        shortfall = f"{worst.name} is {reached}, not to the {per_cent(rtol)} asked for: {why}."
     return Reached(
         wanted=wanted,
         settings=replace(best.simulation.settings, paths=paths + 2 * pairs),
@@ -288,7 +301,7 @@ def reach(
         simulation=best.simulation,
         rows=best.levels.best.rows,
         pairs=pairs,
-        shortfall="" if change else _shortfall(best, rtol, why),
+        shortfall=shortfall,
         reason=reason,
         path_steps=spent,
         change=change,
@@ -369,22 +382,15 @@ def _with_start(request: _Request, step: float, report: _Report) -> tuple[_Reque
         request = replace(request, later=2.0 * request.later)
 
 
-def _round(levels: Levels, paths: int, pairs: int, report: _Report, patience: float) -> Levels:
-    """Levels with so many paths and pairs; `OutOfTimeError` if that takes over ``patience`` times the time left."""
-    clock, begun = report.clock, time.perf_counter()
-    if clock.seconds(levels.work(paths, pairs)) > patience * clock.left:
-        raise OutOfTimeError
-    more = levels.extended(paths, pairs, report.block)
-    clock.measure(more.path_steps - levels.path_steps, time.perf_counter() - begun)
-    return more
-
-
 def _outcome(request: _Request, levels: Levels, spent: float, shortest: float) -> _Outcome:
     """Estimates from the levels, and the next move."""
     estimates = combine(levels)
     known = tuple(estimates.known[name] for name in request.wanted)
     coarse, fine = levels.pair_coarse.simulation.settings, levels.pair_fine.simulation.settings
     halvings = math.floor(math.log2(fine.step / shortest)) if fine.step > shortest else 0
+    low, high = fine.window_steps
+    impacts = watched(levels.pair_fine.simulation, levels.pair_fine.rows).impacts
+    counted = impacts.get("", sum(impacts.values(), np.zeros(1)))
     standing = Standing(
         rtol=request.rtol,
         known=known,
@@ -392,22 +398,13 @@ def _outcome(request: _Request, levels: Levels, spent: float, shortest: float) -
         pairs=levels.pair_coarse.paths,
         finer=levels.finer,
         steps=coarse.steps,
-        impacts=_impacts_of_a_path(levels.pair_fine),
+        impacts=float(counted.mean()) * fine.steps / (high - low),
         spent=spent,
         most_path_steps=request.most_path_steps,
         most_finer=min(halvings, MOST_FINER),
         step_can_be_halved=coarse.step > shortest,
     )
     return _Outcome(levels, estimates, known, decide(standing))
-
-
-def _impacts_of_a_path(level: Level) -> float:
-    """Mean number of impacts of a whole path."""
-    settings = level.simulation.settings
-    low, high = settings.window_steps
-    seen = watched(level.simulation, level.rows).impacts
-    counted = seen.get("", sum(seen.values(), np.zeros(1)))
-    return float(counted.mean()) * settings.steps / (high - low)
 
 
 def _length_reason(simulation: Simulation) -> str:
@@ -441,19 +438,3 @@ def _why_no_better(request: _Request, outcome: _Outcome, spent: float) -> str:
     if known.fixed > 0.5 * request.rtol * abs(known.value):
         return "more paths do not reduce the bias from start and memory"
     return f"its bias at a step of {outcome.simulation.settings.step:.2g} s is still too large"
-
-
-def _too_short(report: _Report) -> str:
-    needed = "the pilot runs for the stationary start were not finished"
-    if report.time_left:
-        needed = f"the smallest run takes about {report.time_left}"
-    return f"max_time of {report.clock.limit:g} s is too short for any result: {needed}. {COMPILATION}"
-
-
-def _shortfall(best: _Outcome, rtol: float, why: str) -> str:
-    """One sentence; empty if the tolerance was reached."""
-    if best.off <= rtol:
-        return ""
-    worst = max(best.known, key=lambda known: known.off)
-    reached = f"known to {per_cent(best.off)}" if math.isfinite(best.off) else "not known at all"
-    return f"{worst.name} is {reached}, not to the {per_cent(rtol)} asked for: {why}."

@@ -413,22 +413,13 @@ def _frame(plan: Plan, kernel_units: tuple[Units, float]) -> _Frame:
     reduced = 1.0 / (g * unit_mass * at.accelerations(g)).sum(axis=1)
     jumps = unit_mass * at.accelerations(reduced[:, None] * g)
     solve = np.linalg.inv(at.mass / unit_mass + step * g.T @ (answers[:, None] * g))
-    flight = _flight(plan) * units.time
+    frequency = plan.motion.scales.flight_frequency * units.time
+    # a lone coordinate turns between two kicks, or drifts straight; exact flights end on rigid walls only
+    turns = plan.settings.scheme == "default" and not plan.system.of(SoftStop, PoissonImpulses)
     return _Frame(
         system, units, unit_mass, step, g, [*found.values()], totals, answers, reduced, jumps, solve,
-        flight, plan.motion.origin / units.length,
-        plan.motion.scales.flight_frequency * units.time, plan.motion.potential is not None,
+        frequency if turns else 0.0, plan.motion.origin / units.length, frequency, plan.motion.potential is not None,
     )  # fmt: skip
-
-
-def _flight(plan: Plan) -> float:
-    """The frequency at which a lone coordinate turns between two kicks; 0 where it drifts straight.
-
-    Exact flights end on rigid walls only.
-    """
-    motion, system = plan.motion, plan.system
-    turns = plan.settings.scheme == "default" and not system.of(SoftStop, PoissonImpulses)
-    return motion.scales.flight_frequency if turns else 0.0
 
 
 def compose(
@@ -454,7 +445,11 @@ def compose(
     noises, given, constant = _excitation(plan, frame, parts_of_step)
     walls = {name: wall for total in totals for name, wall in total.barriers}
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
-    dampers = [*_dampers(frame, sum(each.named.states for each in given))]
+    place, dampers = sum(each.named.states for each in given), list[_Damped]()
+    for n, (total, mass) in enumerate(zip(totals, frame.reduced.tolist(), strict=True)):
+        for law in total.dampers:
+            dampers.append(_Damped(law, n, mass, place))
+            place += law.states
     shaken = [*_shaken(frame, settings)]
     named = (
         *(Worked(each.named.name, each.named.does) for each in given),
@@ -465,7 +460,9 @@ def compose(
     rests = [float(follows and name in plan.motion.rested_on) for name in walls]
     rules = [_restitution(wall, name, units.speed) for name, wall in walls.items()]
     random = bool(len(noises) or shaken) or any(each.law.drawn()[0] > 0.0 for each in given)
-    kind = np.dtype(_precision(settings, random))
+    # without noise one path is the answer, and its last digits may be wanted
+    single = random and settings.precision == "float32" and settings.memory_tolerance >= SINGLE_PRECISION
+    kind = np.dtype("float32" if single else "float64")
     rough = [each for each in given if each.named.does == "nothing"]
     fresh = noises.T @ noises + sum(each.brought / frame.step * np.outer(each.row, each.row) for each in rough)
     fed, kept = (0.5 * float((fresh * inverse).sum()) for inverse in (frame.accelerations(np.eye(many)), frame.solve))
@@ -847,14 +844,6 @@ class _Damped:
         return [*own, *(0.0,) * (laws.NUMBERS_OF_DAMPER - 1 - len(own)), self.mass]
 
 
-def _dampers(frame: _Frame, place: int) -> Iterator[_Damped]:
-    """With the first place of their states."""
-    for n, (total, mass) in enumerate(zip(frame.totals, frame.reduced.tolist(), strict=True)):
-        for law in total.dampers:
-            yield _Damped(law, n, mass, place)
-            place += law.states
-
-
 @dataclass(frozen=True, eq=False)
 class _Given:
     """A source of excitation: its law, its name, the row on which it acts, and its place in the kernel.
@@ -896,7 +885,16 @@ def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, 
                 given.append((noise, row, 4.0 * step * warm * rough_answer_of(total, step)))
             elif total.springpots:
                 white.append(math.sqrt(2.0 * warm * total.dashpots) * row)
-    placed = [*_placed(given, parts_of_step, plan.settings.window_steps)]
+    # each source has counter words of its own, and a place for its states
+    placed, word, place = list[_Given](), kernel.MOST_NOISES, 0
+    for named, row, brought in given:
+        law = named.make(parts_of_step)
+        whole, course = brought, np.zeros(0)
+        if whole is None:  # some laws take long to make
+            whole, course = _drawn(law if parts_of_step == 1 else named.make(1), plan.settings.window_steps)
+        smooth = brought is None and named.does == "feeds"
+        placed.append(_Given(named, law, row, whole, smooth, course, word, place))
+        word, place = word + excitations.WORDS, place + named.states
     return np.array(white).reshape(-1, many), placed, constant
 
 
@@ -929,30 +927,6 @@ def _drawn(law: Any, window: tuple[int, int]) -> tuple[float, Floats]:
     size, roots = law.drawn()
     mean = float((roots[slice(*window)] ** 2).mean()) if roots.size else 1.0
     return size * mean, np.asarray(roots**2 / mean if mean > 0.0 else np.zeros(0))
-
-
-def _placed(
-    given: Sequence[tuple[sources.Named, Floats, float | None]], parts_of_step: int, window: tuple[int, int]
-) -> Iterator[_Given]:
-    """Each source with its own counter words and its place among the states."""
-    word, place = kernel.MOST_NOISES, 0
-    for named, row, brought in given:
-        law = named.make(parts_of_step)
-        whole, course = brought, np.zeros(0)
-        if whole is None:  # some laws take long to make
-            whole, course = _drawn(law if parts_of_step == 1 else named.make(1), window)
-        smooth = brought is None and named.does == "feeds"
-        yield _Given(named, law, row, whole, smooth, course, word, place)
-        word, place = word + excitations.WORDS, place + named.states
-
-
-def _precision(settings: Settings, noisy: bool) -> str:
-    """Of the sweep: double without noise.
-
-    Without it one path is the answer, and its last digits may be wanted.
-    """
-    single = noisy and settings.precision == "float32" and settings.memory_tolerance >= SINGLE_PRECISION
-    return "float32" if single else "float64"
 
 
 def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple[str, Floats]]) -> Iterator[Reading]:
@@ -1003,33 +977,27 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
         yield Reading("harvested_power", loads, "groups")
     if any(part.dissipates and "damping" in part.powers for part in system.parts):
         yield Reading("damping_power", parts.damped, added=parts.taken_at_once)
-    yield from _of_a_lone_mass(system, parts, plan.motion.origin)
+    if parts.tables.count("forced"):  # of a lone mass: its amplitude, impacts on all stops, the force of its dampers
+        if system.stiffness > 0.0:
+            share = system.natural_frequency**-2
+            ends = ((end, parts.points[0]) for end in _ENDS)
+            yield Reading("amplitude_mean_square_end", {}, "one", squares=dict(zip(ends, (1.0, share), strict=True)))
+        if parts.walls:
+            impacts, speeds, struck = (tuple((of, wall) for wall in parts.walls) for of in _OF_A_WALL[:3])
+            yield Reading("impact_rate", dict.fromkeys(impacts, 1.0), "time")
+            yield Reading("impact_speed_mean", dict.fromkeys(speeds, 1.0), impacts)
+            yield Reading("impact_speed_mean_square", dict.fromkeys(struck, 1.0), impacts)
+        if has_damping(system):
+            yield Reading("damping_force_mean", {("force", ""): 1.0})
+            yield Reading("damping_virial", {("virial", ""): 1.0, ("force", ""): plan.motion.origin})
+        if parts.contacts:
+            yield Reading("contact_share", {("contact time", ""): 1.0}, "time")
+            yield Reading("contact_penetration", {("contact depth", ""): 1.0}, "one")
     for called, shares in at.beginnings.items():
         x, v = ({(end, of): s for of, s in zip(at.names, shares, strict=True) if s} for end in _ENDS)
         yield Reading(f"{called}x_mean_end", x, "one")
         yield Reading(f"{called}x_mean_square_end", x, "one", power=2)
         yield Reading(f"{called}v_mean_square_end", v, "one", power=2)
-
-
-def _of_a_lone_mass(system: System, parts: Parts, away: float) -> Iterator[Reading]:
-    """The results that only a lone mass has: its amplitude, the impacts on all stops, the force of its dampers."""
-    if not parts.tables.count("forced"):
-        return
-    if system.stiffness > 0.0:
-        share = system.natural_frequency**-2
-        ends = ((end, parts.points[0]) for end in _ENDS)
-        yield Reading("amplitude_mean_square_end", {}, "one", squares=dict(zip(ends, (1.0, share), strict=True)))
-    impacts, speeds, squares = (tuple((of, wall) for wall in parts.walls) for of in _OF_A_WALL[:3])
-    if parts.walls:
-        yield Reading("impact_rate", dict.fromkeys(impacts, 1.0), "time")
-        yield Reading("impact_speed_mean", dict.fromkeys(speeds, 1.0), impacts)
-        yield Reading("impact_speed_mean_square", dict.fromkeys(squares, 1.0), impacts)
-    if has_damping(system):
-        yield Reading("damping_force_mean", {("force", ""): 1.0})
-        yield Reading("damping_virial", {("virial", ""): 1.0, ("force", ""): away})
-    if parts.contacts:
-        yield Reading("contact_share", {("contact time", ""): 1.0}, "time")
-        yield Reading("contact_penetration", {("contact depth", ""): 1.0}, "one")
 
 
 _f32 = np.float32

@@ -403,33 +403,35 @@ def _checked(plan: Plan, levels: object) -> list[tuple[Quantity, Floats, float]]
         raise TypeError(
             f"levels must be a dict of names and levels, such as {{'x': [0.01, 0.02]}}, not {shown(levels)}."
         )
-    return [_checked_levels(plan, name, given) for name, given in levels.items()]
-
-
-def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Floats, float]:
-    motion, function = plan.motion, None
-    if isinstance(given, tuple) and len(given) == 2 and callable(given[0]):
-        function, given = given
-    quantity = quantity_of(motion, name, function)
-    words, seen, least = f"level of {name}", quantity.seen, quantity.has_sides or quantity.kind == "own"
-    low = -LARGEST if least else 0.0
-    numbers = finite_numbers(given, f"levels of {name}", words, low=low, high=LARGEST, open_low=not least)
-    if quantity.kind == "distance" and not (numbers < (farther := max(seen.high, -seen.low))).all():
-        raise ValueError(f"levels of {name} must be less than that of the farther wall, {farther:g} m.")
-    if not quantity.has_sides:
-        return quantity, numbers, 1.0
-    start = _start_of(plan, quantity)
-    sides = {math.copysign(1.0, number - start) for number in numbers.ravel() if number != start}
-    if len(sides) != 1 or (numbers == start).any():
-        of, size = "0" if quantity.kind == "force" else f"the start, {start:.3g}", float(np.abs(numbers).max())
-        asks = f"'peak': (lambda {name}: abs({name}), {size:g})"
-        if quantity.kind != "force":
-            begin = str(name).removesuffix("elongation").removesuffix(quantity.kind)
-            asks = f"'{begin}{'speed' if quantity.kind == 'v' else 'distance'}': {size:g}"
-        raise ValueError(f"levels of {name} must lie on one side of {of} {quantity.unit}: ask for both as {{{asks}}}.")
-    if quantity.kind == "x" and not ((seen.low < numbers) & (numbers < seen.high)).all():
-        raise ValueError(f"levels of {name} must lie between the walls, {seen.low:g} and {seen.high:g} m.")
-    return quantity, numbers, sides.pop()
+    found = []
+    for name, given in levels.items():
+        function = None
+        if isinstance(given, tuple) and len(given) == 2 and callable(given[0]):
+            function, given = given
+        quantity = quantity_of(plan.motion, name, function)
+        words, seen, least = f"level of {name}", quantity.seen, quantity.has_sides or quantity.kind == "own"
+        low = -LARGEST if least else 0.0
+        numbers = finite_numbers(given, f"levels of {name}", words, low=low, high=LARGEST, open_low=not least)
+        if quantity.kind == "distance" and not (numbers < (farther := max(seen.high, -seen.low))).all():
+            raise ValueError(f"levels of {name} must be less than that of the farther wall, {farther:g} m.")
+        if not quantity.has_sides:
+            found.append((quantity, numbers, 1.0))
+            continue
+        start = _start_of(plan, quantity)
+        sides = {math.copysign(1.0, number - start) for number in numbers.ravel() if number != start}
+        if len(sides) != 1 or (numbers == start).any():
+            of, size = "0" if quantity.kind == "force" else f"the start, {start:.3g}", float(np.abs(numbers).max())
+            asks = f"'peak': (lambda {name}: abs({name}), {size:g})"
+            if quantity.kind != "force":
+                begin = str(name).removesuffix("elongation").removesuffix(quantity.kind)
+                asks = f"'{begin}{'speed' if quantity.kind == 'v' else 'distance'}': {size:g}"
+            raise ValueError(
+                f"levels of {name} must lie on one side of {of} {quantity.unit}: ask for both as {{{asks}}}."
+            )
+        if quantity.kind == "x" and not ((seen.low < numbers) & (numbers < seen.high)).all():
+            raise ValueError(f"levels of {name} must lie between the walls, {seen.low:g} and {seen.high:g} m.")
+        found.append((quantity, numbers, sides.pop()))
+    return found
 
 
 def _start_of(plan: Plan, quantity: Quantity) -> float:
@@ -449,26 +451,24 @@ def _checked_sought(plan: Plan, asked: object, argument: str) -> list[tuple[Quan
     if not isinstance(asked, Mapping) or not asked:
         of = "probabilities, such as {'x': 1e-6}" if argument == "probability" else "times, such as {'x': 3600.0}"
         raise TypeError(f"{argument} must be a dict of names and {of}, not {shown(asked)}.")
-    found = [_checked_level(plan, name, given, argument) for name, given in asked.items()]
+    found = []
+    for name, given in asked.items():
+        function, below = None, isinstance(name, str) and name.endswith(_BELOW)
+        if isinstance(given, tuple) and len(given) == 2 and callable(given[0]):
+            function, given = given
+        quantity = quantity_of(plan.motion, str(name).removesuffix(_BELOW) if below else name, function, argument)
+        if below and not quantity.has_sides:
+            raise ValueError(f"{argument} has {name!r}, but {quantity.name} has no sides: leave out{_BELOW}.")
+        if argument == "probability":
+            numbers = level_probabilities(given, quantity.name)
+        else:
+            word, least = f"return_period of {quantity.name}", 2.0 * plan.settings.duration
+            hint = "It is in seconds, at least twice the time that shows the rate."
+            numbers = finite_numbers(given, word, word, low=least, high=1e15 * least, hint=hint)
+        found.append((quantity, numbers, -1.0 if below else 1.0))
     if len({quantity.name for quantity, _, _ in found}) < len(found):
         raise ValueError(f"{argument} must have each quantity once: ask for both sides in two calls.")
     return found
-
-
-def _checked_level(plan: Plan, name: object, given: Any, argument: str) -> tuple[Quantity, Floats, float]:
-    function, below = None, isinstance(name, str) and name.endswith(_BELOW)
-    if isinstance(given, tuple) and len(given) == 2 and callable(given[0]):
-        function, given = given
-    quantity = quantity_of(plan.motion, str(name).removesuffix(_BELOW) if below else name, function, argument)
-    if below and not quantity.has_sides:
-        raise ValueError(f"{argument} has {name!r}, but {quantity.name} has no sides: leave out{_BELOW}.")
-    if argument == "probability":
-        numbers = level_probabilities(given, quantity.name)
-    else:
-        word, least = f"return_period of {quantity.name}", 2.0 * plan.settings.duration
-        hint = "It is in seconds, at least twice the time that shows the rate."
-        numbers = finite_numbers(given, word, word, low=least, high=1e15 * least, hint=hint)
-    return quantity, numbers, -1.0 if below else 1.0
 
 
 def _sought(plan: Plan, quantity: Quantity, given: Floats, sign: float, duration: float | None) -> Sought:

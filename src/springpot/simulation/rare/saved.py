@@ -74,7 +74,26 @@ class Saved:
         """The one of this stream, kind, number of paths, and number."""
         record = self.file.record
         own = None if record is None else record.get(digest([self.key, stream, splits, paths, number]))
-        return None if own is None else _tally(own, self.levels, paths)
+        if own is None:
+            return None
+        try:
+            exceeded, weights, reached, iterations, ends = (_numbers(own[name]) for name in _NUMBERS)
+            steps = float(own["path_steps"])
+        except (KeyError, TypeError, ValueError, OverflowError):
+            return None
+        shapes = exceeded.shape, weights.shape, reached.shape, iterations.shape
+        shares = np.concatenate([exceeded.ravel(), weights.ravel()])
+        is_one = (
+            shapes == ((1, 2, self.levels), (1,), (1,), (1,))
+            and ends.size in (0, paths * MARKS)
+            and ((shares >= 0.0) & (shares <= 1.0 + 1e-9)).all()
+            and 0.0 < steps < math.inf
+            and 0.0 <= iterations[0] < 2**31
+            and not (np.isnan(reached).any() or np.isnan(ends).any())
+        )
+        if not is_one:  # its numbers are none that a repetition can have
+            return None
+        return Tally(exceeded, weights, reached, iterations.astype(np.int64), steps, True, ends.reshape(-1, MARKS))
 
     def add(self, tally: Tally, *of: Any) -> None:
         """Write it; where that fails the run goes on without the file, for what it computes is worth more."""
@@ -86,24 +105,6 @@ class Saved:
             record.add(digest([self.key, *of]), {"of": of, **numbers, "path_steps": tally.path_steps})
         except OSError as error:
             self.file.failure = (error.strerror or str(error)).lower()
-
-
-def _tally(own: Any, levels: int, paths: int) -> Tally | None:
-    """The repetition of a line; None if its numbers are none that a repetition can have."""
-    try:
-        exceeded, weights, reached, iterations, ends = (_numbers(own[name]) for name in _NUMBERS)
-        steps = float(own["path_steps"])
-    except (KeyError, TypeError, ValueError, OverflowError):
-        return None
-    shapes = exceeded.shape, weights.shape, reached.shape, iterations.shape
-    shares = np.concatenate([exceeded.ravel(), weights.ravel()])
-    if shapes != ((1, 2, levels), (1,), (1,), (1,)) or ends.size not in (0, paths * MARKS):
-        return None
-    if not ((shares >= 0.0) & (shares <= 1.0 + 1e-9)).all() or not (0.0 < steps < math.inf):
-        return None
-    if not (0.0 <= iterations[0] < 2**31) or np.isnan(reached).any() or np.isnan(ends).any():
-        return None
-    return Tally(exceeded, weights, reached, iterations.astype(np.int64), steps, True, ends.reshape(-1, MARKS))
 
 
 def _numbers(given: Any) -> Floats:

@@ -206,18 +206,12 @@ def _write_netcdf(run: Run, path: Path) -> None:
 
 def _as_json(run: Run) -> bytes:
     words, arrays = _stated(run)
-    own = {
-        "format": FORMAT,
-        "checksum": checksum_of(words, arrays),
-        WORDS: words,
-        "arrays": {name: _packed(array) for name, array in arrays.items()},
-    }
+    packed = {}
+    for name, array in arrays.items():
+        content = base64.b64encode(zlib.compress(np.ascontiguousarray(array).tobytes(), 6)).decode()
+        packed[name] = {"kind": array.dtype.str, "shape": list(array.shape), "zlib_base64": content}
+    own = {"format": FORMAT, "checksum": checksum_of(words, arrays), WORDS: words, "arrays": packed}
     return (json.dumps({**run.to_dict(), GROUP: own}, indent=2, allow_nan=False) + "\n").encode()
-
-
-def _packed(array: npt.NDArray[Any]) -> dict[str, Any]:
-    content = base64.b64encode(zlib.compress(np.ascontiguousarray(array).tobytes(), 6)).decode()
-    return {"kind": array.dtype.str, "shape": list(array.shape), "zlib_base64": content}
 
 
 # --- tables ---------------------------------------------------------------------------------------------------------

@@ -68,32 +68,52 @@ def doubts(
         if own := system.with_functions:
             cause = f": the function of {listed(own, 'or')} returns no number, or the step is too long."
         return [say("not_finite", cause=cause)]
-    of_the_step = () if bounded else (
-        *_about_step(simulation), *_about_hops(simulation, values),
-        *_about_window(simulation),
-    )  # fmt: skip
-    return [
-        *_about_contact_tolerance(simulation, values),
-        *(() if counted else _about_uncountable(simulation.motion)),
-        *_about_shapes(simulation.motion),
-        *_about_records(simulation.motion),
-        *([] if bounded else _about_springpot_alone(simulation, values)),
-        *of_the_step,
-        *_about_start(simulation, values, errors),
-        *([] if bounded else _about_change(simulation, rows)),
-        *_about_energy(simulation, values, errors, rows),
-        *_about_memory(simulation, values, errors),
-        *([] if bounded else _about_slow_impacts(simulation, values)),
-        *_about_walls(simulation, values, seen),
-        *_about_limits(simulation, rows),
-    ]
-
-
-def _about_limits(simulation: Simulation, rows: Floats) -> Iterator[Message]:
-    """Of steps in which the kernel did not follow every impact; on a circle what it leaves out are hops of no size."""
+    plan, settings, motion, step = simulation.plan, simulation.settings, simulation.motion, simulation.settings.step
+    found = list[Message]()
+    size, speed = (math.sqrt(max(values.get(f"{of}_mean_square", 0.0), 0.0)) for of in "xv")  # of one mass
+    if settings.scheme == "grunwald" and motion.walls and settings.contact_tolerance > 1e-3 * size:
+        found.append(say("contact_tolerance", tolerance=settings.contact_tolerance, size=size, most=1e-4 * size))
+    if not counted and (reason := motion.uncountable):
+        walls = [name.removesuffix("_") for name in motion.uncounted if name]
+        every = len(motion.uncounted) > len(motion.touched)  # of one mass also all together
+        found.append(say("uncountable_impacts", of=_of([] if every else walls), reason=reason))
+    found += [*_about_shapes(motion), *_about_records(motion)]
+    if not bounded:
+        found += _about_springpot_alone(simulation, values)
+        fastest = motion.scales.fastest_rate if motion.pressed else motion.resolved_rate  # of hops a warning of its own
+        limit, ratio = settings.numerical_scheme.coarsest_step, step * fastest
+        if ratio > limit * (1.0 + 1e-9):
+            name = "coarse_step_of_transients" if plan.keeps_the_law else "coarse_step"
+            found.append(say(name, step=step, ratio=ratio, limit=limit, most=limit / fastest))
+        for name, wall in motion.pressed.items() if speed > 0.0 else ():
+            if (turned := wall.turned(step, speed)) > wall.most_turned:
+                found.append(say(
+                    "coarse_hops", wall=name, step=step, turned=turned, low=per_cent(wall.lacking(step, speed)),
+                    press=wall.acceleration, speed=speed, most=step * wall.most_turned / turned,
+                ))  # fmt: skip
+        found += _about_window(simulation)
+    found += _about_start(simulation, values, errors)
+    if not bounded and plan.transient_left <= MOST_TRANSIENT:  # no transient is known that says of it
+        change = change_in_window(simulation, rows)
+        found += [] if change is None else [change.said]
+    residual, error = values.get("energy_residual", 0.0), errors.get("energy_residual", math.nan)
+    supplied = values.get("input_power", 0.0) * (plan.settings.window[1] - plan.settings.window[0])
+    # with a large energy the rounding of single-precision memory shows, and is accepted
+    floor = max(0.01, 1e-4 * motion.usual_energy(values) / supplied) if supplied > 0.0 else 0.01
+    if math.isfinite(error) and abs(residual) > max(FAR_OFF * error, floor):
+        found.append(say("energy_balance", share=per_cent(residual), error=per_cent(error, 1)))
+    found += _about_memory(simulation, values, errors)
+    found += [] if bounded else _about_slow_impacts(simulation, values)
+    rates = {name: values[f"{name}_impact_rate"] for name in motion.touched}
+    odd = about_each(motion.touched, motion.motions_before_walls(values), rates)
+    found += odd.values()
+    if motion.is_random:
+        found += about_few(seen, (name for name, rate in rates.items() if math.isfinite(rate) and name not in odd))
+    # steps in which the kernel did not follow every impact; on a circle what it leaves out are hops of no size
     collapses, halts = (int(simulation.parts.sums(rows)["limit", own].sum()) for own in ("collapses", "halts"))
     if not simulation.parts.tables.count("turns") and collapses:
-        yield say("impacts_limited", count=collapses, halted=halts)
+        found.append(say("impacts_limited", count=collapses, halted=halts))
+    return found
 
 
 def _about_shapes(motion: Motion) -> Iterator[Message]:
@@ -145,35 +165,6 @@ def _about_springpot_alone(simulation: Simulation, values: Values) -> Iterator[M
                   power=2.0 * order - 1.0, later=later)  # fmt: skip
 
 
-def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator[Message]:
-    settings = simulation.settings
-    if settings.scheme != "grunwald" or not simulation.motion.walls:
-        return
-    size = math.sqrt(max(values["x_mean_square"], 0.0))
-    if settings.contact_tolerance > 1e-3 * size:
-        yield say("contact_tolerance", tolerance=settings.contact_tolerance, size=size, most=1e-4 * size)
-
-
-def _about_step(simulation: Simulation) -> Iterator[Message]:
-    settings, motion = simulation.settings, simulation.motion
-    fastest = motion.scales.fastest_rate if motion.pressed else motion.resolved_rate  # of hops a warning of its own
-    limit, ratio = settings.numerical_scheme.coarsest_step, settings.step * fastest
-    if ratio > limit * (1.0 + 1e-9):
-        name = "coarse_step_of_transients" if simulation.plan.keeps_the_law else "coarse_step"
-        yield say(name, step=settings.step, ratio=ratio, limit=limit, most=limit / fastest)
-
-
-def _about_hops(simulation: Simulation, values: Values) -> Iterator[Message]:
-    """Of a step in which what presses a mass on a wall changes its velocity too much."""
-    step, speed = simulation.settings.step, math.sqrt(max(values.get("v_mean_square", 0.0), 0.0))
-    for name, wall in simulation.motion.pressed.items() if speed > 0.0 else ():
-        if (turned := wall.turned(step, speed)) > wall.most_turned:
-            yield say(
-                "coarse_hops", wall=name, step=step, turned=turned, low=per_cent(wall.lacking(step, speed)),
-                press=wall.acceleration, speed=speed, most=step * wall.most_turned / turned,
-            )  # fmt: skip
-
-
 def _about_window(simulation: Simulation) -> Iterator[Message]:
     plan, left = simulation.plan, simulation.plan.transient_left
     if plan.motion.recorded or left <= MOST_TRANSIENT:
@@ -206,24 +197,6 @@ def _about_start(simulation: Simulation, values: Values, errors: Values) -> Iter
         yield say("start_was_off", name=f"{worst.name}_mean", off=off, error=error, order=worst.order)
 
 
-def _about_change(simulation: Simulation, rows: Floats) -> Iterator[Message]:
-    """Of an energy that still changes, where no transient is known that says so."""
-    if simulation.plan.transient_left <= MOST_TRANSIENT and (change := change_in_window(simulation, rows)) is not None:
-        yield change.said
-
-
-def _about_energy(simulation: Simulation, values: Values, errors: Values, rows: Floats) -> Iterator[Message]:
-    """Of a balance that fails."""
-    plan = simulation.plan
-    energy = simulation.motion.usual_energy(values)
-    residual, error = values.get("energy_residual", 0.0), errors.get("energy_residual", math.nan)
-    supplied = values.get("input_power", 0.0) * (plan.settings.window[1] - plan.settings.window[0])
-    # with a large energy the rounding of single-precision memory shows, and is accepted
-    floor = max(0.01, 1e-4 * energy / supplied) if supplied > 0.0 else 0.01
-    if math.isfinite(error) and abs(residual) > max(FAR_OFF * error, floor):
-        yield say("energy_balance", share=per_cent(residual), error=per_cent(error, 1))
-
-
 def _about_memory(simulation: Simulation, values: Values, errors: Values) -> Iterator[Message]:
     """Of a start that still acts through the memory: its mean force is then not 0."""
     motion, error = simulation.motion, errors.get("damping_force_mean", math.nan)
@@ -237,14 +210,6 @@ def _about_memory(simulation: Simulation, values: Values, errors: Values) -> Ite
     force = abs(values.get("damping_force_mean", 0.0))
     if force > max(FAR_OFF * error, MOST_REMEMBERED * size):
         yield say("memory_of_start", share=per_cent(force / size), order=min(pot.order for pot in motion.springpots))
-
-
-def _about_uncountable(motion: Motion) -> Iterator[Message]:
-    """Of walls whose impacts have no rate, and what has one in their place."""
-    if reason := motion.uncountable:
-        walls = [name.removesuffix("_") for name in motion.uncounted if name]
-        every = len(motion.uncounted) > len(motion.touched)  # of one mass also all together
-        yield say("uncountable_impacts", of=_of([] if every else walls), reason=reason)
 
 
 def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Message]:
@@ -275,16 +240,6 @@ def _of(walls: Sequence[str]) -> str:
 
 def _low(bound: float, rate: float) -> str:
     return f"may be {per_cent(bound / rate)} too low" if bound < rate else "is far too low"
-
-
-def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Iterator[Message]:
-    """For each wall that is misplaced, it seems, or of which few impacts were seen."""
-    motion = simulation.motion
-    rates = {name: values[f"{name}_impact_rate"] for name in motion.touched}
-    odd = about_each(motion.touched, motion.motions_before_walls(values), rates)
-    yield from odd.values()
-    if motion.is_random:
-        yield from about_few(seen, (name for name, rate in rates.items() if math.isfinite(rate) and name not in odd))
 
 
 def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
