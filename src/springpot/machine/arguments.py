@@ -501,7 +501,9 @@ def real_array(value: Any, name: str) -> Floats:
     if str(getattr(getattr(value, "dtype", None), "kind", "O")) in "iuf":
         return numbers_in_array(value, must)
     array = numbers_in_array(value, must, object)
-    if isinstance(value, str | bytes) or not all(_is_real(each) for each in array.ravel().tolist()):
+    flat = [without_axis(each) for each in array.ravel().tolist()]
+    real = all(isinstance(each, numbers.Real) and not isinstance(each, bool) for each in flat)
+    if isinstance(value, str | bytes) or not real:
         raise TypeError(f"{must}, not {shown(value)}.")
     return numbers_in_array(array, must)
 
@@ -525,10 +527,6 @@ def finite_array(value: Any, name: str) -> Floats:
     if not np.all(np.isfinite(array)):
         raise ValueError(f"{name} must be finite.")
     return array
-
-
-def _is_real(value: object) -> bool:
-    return isinstance(without_axis(value), numbers.Real) and not isinstance(without_axis(value), bool)
 
 
 def items_of(value: Any, must: str) -> tuple[Any, ...]:

@@ -330,12 +330,9 @@ def shell_word(path: str | Path) -> str:
         return name if re.fullmatch(r"[\w.:\\/-]+", name, re.ASCII) else f'"{name}"'
     if name.isprintable():
         return shlex.quote(name)
-    escaped = (
-        letter if letter.isprintable() and letter not in "'\\" else "".join(f"\\x{byte:02x}" for byte in _bytes(letter))
-        for letter in name
-    )
-    return f"$'{''.join(escaped)}'"  # of Bash, which has escapes
-
-
-def _bytes(letter: str) -> bytes:
-    return letter.encode("utf-8", "surrogateescape")
+    escaped = ""
+    for letter in name:
+        own = letter.encode("utf-8", "surrogateescape")
+        plain = letter.isprintable() and letter not in "'\\"
+        escaped += letter if plain else "".join(f"\\x{byte:02x}" for byte in own)
+    return f"$'{escaped}'"  # of Bash, which has escapes

@@ -62,17 +62,6 @@ def toml_of(text: str, title: str) -> dict[str, Any]:
     >>> toml_of("a = 1", "the file")
     {'a': 1}
     """
-    _check_nesting(text, title)
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        reason = " ".join(str(error).split())
-        raise FileError(f"{title} is not TOML: {reason if len(reason) < 200 else reason[:200] + '...'}.") from None
-    except ValueError:  # Python reads no whole number of more than 4300 digits
-        raise FileError(f"{title} holds a number with thousands of digits.") from None
-
-
-def _check_nesting(text: str, title: str) -> None:
     bare = _TEXT_OR_COMMENT.sub(lambda match: "" if match[0].startswith("#") else "s", text)
     if _MANY_PARTS.search(bare):
         raise FileError(f"{title} has a key of more than {DEEPEST} parts (a.b.c has three).")
@@ -81,6 +70,13 @@ def _check_nesting(text: str, title: str) -> None:
         deep = deep + 1 if bracket[0] in "[{" else max(0, deep - 1)
         if deep > DEEPEST:
             raise FileError(f"{title} is nested deeper than {DEEPEST} brackets.")
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        reason = " ".join(str(error).split())
+        raise FileError(f"{title} is not TOML: {reason if len(reason) < 200 else reason[:200] + '...'}.") from None
+    except ValueError:  # Python reads no whole number of more than 4300 digits
+        raise FileError(f"{title} holds a number with thousands of digits.") from None
 
 
 def plain(values: Mapping[str, Any]) -> dict[str, Any]:

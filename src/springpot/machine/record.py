@@ -108,22 +108,17 @@ class Record:
         self._lock = threading.Lock()
         self.damaged = 0
         self.read()
-        if not shared:
-            self._check_own()
-
-    def _check_own(self) -> None:
-        """Raise an error unless lines may be added to the file."""
-        begin = f"{self._kind} ".encode()
+        if shared:
+            return
+        begin = f"{kind} ".encode()
         try:
-            append_line(self._own, b"")
+            append_line(self._own, b"")  # an error unless lines may be added
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
-            raise FileError(f"{self._title} {str(self._own)!r} cannot be written: {reason}.") from None
+            raise FileError(f"{title} {str(self._own)!r} cannot be written: {reason}.") from None
         with open(self._own, "rb") as file:
             if not self._places and not begin.startswith(file.read(len(begin))):
-                raise FileError(
-                    f"{self._title} must be a file of {self._kind} or a new one, and {str(self._own)!r} is not."
-                )
+                raise FileError(f"{title} must be a file of {kind} or a new one, and {str(self._own)!r} is not.")
 
     def read(self) -> None:
         """Look for what was added since, also by other processes."""

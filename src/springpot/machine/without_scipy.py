@@ -64,24 +64,19 @@ def root_between(
         if at_now == 0.0 or abs(half) < least or now + half in (now, other):
             return now
         tried = math.inf
-        if abs(last) > least and abs(at_now) < abs(at_before):
-            tried = _secant(before, now, other, at_before, at_now, at_other)
+        if abs(last) > least and abs(at_now) < abs(at_before):  # where a line, or a hyperbola through three, is 0
+            if before == other:
+                above, below = -at_now * (now - before), at_now - at_before
+            else:
+                first, second = (at_before - at_now) / (before - now), (at_other - at_now) / (other - now)
+                above = -at_now * (at_other * second - at_before * first)
+                below = second * first * (at_other - at_before)
+            tried = above / below if below != 0.0 else math.inf
         shorter = 2.0 * abs(tried) < min(abs(last), 3.0 * abs(half) - least)
         last, step = (step, tried) if shorter else (half, half)
         before, at_before = now, at_now
         now += step if abs(step) > least else math.copysign(least, half)
         at_now = float(function(now))
-
-
-def _secant(before: float, now: float, other: float, at_before: float, at_now: float, at_other: float) -> float:
-    """The step to where a line through two places, or a hyperbola through three, is 0; infinite if there is none."""
-    if before == other:
-        above, below = -at_now * (now - before), at_now - at_before
-    else:
-        first, second = (at_before - at_now) / (before - now), (at_other - at_now) / (other - now)
-        above = -at_now * (at_other * second - at_before * first)
-        below = second * first * (at_other - at_before)
-    return above / below if below != 0.0 else math.inf
 
 
 def zeta_beyond_one(excess: ArrayLike) -> Floats:

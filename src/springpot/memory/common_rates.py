@@ -113,7 +113,8 @@ def common_rates(family: Family, low: float, high: float, steps: int, tolerance:
     one = exponential_sum(family, middle, steps, tolerance)
     begin = np.log(one.rates)
     for more in range(1, _MOST_MORE):
-        logs = _stretched(begin, one.rates.size + more)
+        count = one.rates.size + more
+        logs = np.interp(np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, begin.size), begin)  # in the same row
         for share in _WIDER:
             orders = middle + share * (np.linspace(low, high, 5) - middle)
             found = _adapted(family, logs, orders, lags, steps, (low, high))
@@ -128,11 +129,6 @@ def common_rates(family: Family, low: float, high: float, steps: int, tolerance:
     )
 
 
-def _stretched(logs: Floats, count: int) -> Floats:
-    """As many rates in the same row, by its places."""
-    return np.interp(np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, logs.size), logs)
-
-
 def _adapted(
     family: Family, logs: Floats, orders: Floats, lags: Floats, steps: int, ends: tuple[float, float]
 ) -> CommonRates:  # fmt: skip
@@ -140,7 +136,9 @@ def _adapted(
     for _ in range(_ROUNDS):
         for _ in range(_STEPS):
             errors, slopes = _joint(family, logs, orders, lags, importance)
-            step = _damped_step(slopes, errors)
+            size = np.sqrt((slopes**2).sum(axis=0)) + 1e-300
+            rows = slopes / size
+            step = np.linalg.solve(rows.T @ rows + _DAMPING * np.eye(size.size), rows.T @ errors) / size
             tried = logs - step * min(1.0, 0.5 / max(float(np.abs(step).max()), 1e-300))
             if (np.diff(tried) <= 0.0).any():
                 break
@@ -174,12 +172,6 @@ def _joint(
         moved = -np.outer(lags, rates) * scaled * weights
         slopes.append(moved - basis @ (basis.T @ moved))
     return np.concatenate(errors), np.concatenate(slopes)
-
-
-def _damped_step(slopes: Floats, errors: Floats) -> Floats:
-    size = np.sqrt((slopes**2).sum(axis=0)) + 1e-300
-    rows = slopes / size
-    return np.asarray(np.linalg.solve(rows.T @ rows + _DAMPING * np.eye(size.size), rows.T @ errors) / size)
 
 
 def _fitted(
