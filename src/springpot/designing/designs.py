@@ -167,7 +167,15 @@ def design(
             chosen, quick = approximated(system, space, places, method, tuple(needed), seed, threads, work)
         approximation = Approximation(space, quick, cost)
         if missing := set(needed).difference(*(approximation.at(place) for place in places)):
-            raise ValueError(_missing(chosen, listed(sorted(missing)), cost.word))
+            word, names = cost.word, listed(sorted(missing))
+            if chosen == MONTE_CARLO:
+                raise ValueError(
+                    f"{word} and subject_to must ask for what short runs see, and they see too few events for {names}: "
+                    "give a method."
+                )
+            raise ValueError(
+                f"method must have the results that {word} and subject_to ask for, and {chosen} has no {names} there."
+            )
         exact = chosen != MONTE_CARLO and METHODS[chosen].exact and over_devices is None
         task = DesignTask(approximation, limits, places, seed, probability, rtol, cost_rtol, exact)
         seeds = [seed, *np.random.SeedSequence(seed).generate_state(MOST_ROUNDS - 1, np.uint64).tolist()]
@@ -180,13 +188,6 @@ def design(
         raise TimeoutError(f"max_time of {max_time:g} s is too short for any result of a design.") from None
     work.end()
     return _told(system, task, found, chosen)
-
-
-def _missing(method: str, names: str, word: str) -> str:
-    if method == MONTE_CARLO:
-        who = f"{word} and subject_to must ask for what short runs see"
-        return f"{who}, and they see too few events for {names}: give a method."
-    return f"method must have the results that {word} and subject_to ask for, and {method} has no {names} there."
 
 
 def _told(system: System, task: DesignTask, found: Searched, method: str) -> Design:

@@ -233,7 +233,10 @@ class Design:
         own = [limit for limit in self._limits if limit.name == name]
         upper = not own or any(limit.upper for limit in own)
         if limits is None:
-            limits = _around(name, next((limit.bound for limit in own if limit.upper == upper), 0.0))
+            bound = next((limit.bound for limit in own if limit.upper == upper), 0.0)
+            if bound == 0.0:
+                raise ValueError(f"limits must be given: {name} has no limit, or one of 0.")
+            limits = bound * np.geomspace(0.5, 2.0, 13)
         wanted = np.atleast_1d(np.asarray(limits, float))
         if wanted.ndim != 1 or not np.isfinite(wanted).all():
             raise ValueError("limits must be finite numbers, one after the other.")
@@ -327,10 +330,3 @@ class Design:
 def in_words(probability: float) -> str:
     """A probability in per cent; one of nearly 1 is not stated closer than it is known."""
     return "over 99.9 %" if probability > 0.999 else per_cent(probability, 3)
-
-
-def _around(name: str, bound: float) -> Floats:
-    """Limits from half of one to twice it."""
-    if bound == 0.0:
-        raise ValueError(f"limits must be given: {name} has no limit, or one of 0.")
-    return bound * np.geomspace(0.5, 2.0, 13)

@@ -158,26 +158,22 @@ def search(
     ends = [task.found(u, "screening") for u in ranked[:1]]
     starts = ranked[:STARTS]
     if ends and ends[0].excess > CLOSE:
-        nearest = _all_nearest(task, starts)
+        nearest = list[Found]()  # where the limits are missed by least, until two of them say the same
+        for u in starts:
+            nearest.append(task.found(_nearest(task, u), "nearest"))
+            if _agree(nearest):
+                break
         ends += nearest
         starts = [end.u for end in nearest if end.excess <= CLOSE]
         if _agree(nearest):
             return min(ends, key=lambda end: end.excess)
-    ends += [found for u in starts if (found := _by_slsqp(task, u)) is not None]
+    for u in starts:
+        found = task.found(_least(task.cost, u, np.ones(u.size), lambda place: -task.excesses(place)), "SLSQP")
+        ends += [found] if math.isfinite(found.cost) else []
     if limits and all(end.excess > CLOSE or end.how == "screening" for end in ends):
         ends.append(_by_evolution(task, ranked[0] if ranked else places[0], seed))
     held = [end for end in ends if end.excess <= CLOSE and math.isfinite(end.cost)]
     return min(held, key=lambda end: end.cost) if held else min(ends, key=lambda end: end.excess)
-
-
-def _all_nearest(task: _Task, starts: Sequence[Floats]) -> list[Found]:
-    """The places near these at which the limits are missed by least, until two of them say the same."""
-    found: list[Found] = []
-    for u in starts:
-        found.append(task.found(_nearest(task, u), "nearest"))
-        if _agree(found):
-            break
-    return found
 
 
 def _agree(found: Sequence[Found]) -> bool:
@@ -185,11 +181,6 @@ def _agree(found: Sequence[Found]) -> bool:
     if len(found) < 2 or found[-1].excess <= CLOSE:
         return False
     return abs(found[-1].excess - found[-2].excess) <= SAME * found[-1].excess
-
-
-def _by_slsqp(task: _Task, u: Floats) -> Found | None:
-    found = task.found(_least(task.cost, u, np.ones(u.size), lambda place: -task.excesses(place)), "SLSQP")
-    return found if math.isfinite(found.cost) else None
 
 
 def _least(function: Callable[[Floats], float], u: Floats, highest: Floats, positive: Any) -> Floats:

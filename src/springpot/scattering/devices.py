@@ -179,15 +179,15 @@ def systems_of(system: System, names: Sequence[str], values: Floats) -> list[Sys
     for row in values.tolist():
         own = dict(zip(names, row, strict=True))
         try:
-            found.append(System(**parts | {name: _device_part(part, own) for name, part in differ.items()}))
+            others = {
+                name: with_values(part, {of: own[of] for of in uncertain_numbers(part)})
+                for name, part in differ.items()
+            }
+            found.append(System(**parts | others))
         except ValueError as fault:
             told = listed([f"{name} = {value:g}" for name, value in own.items()])
             raise ValueError(f"{fault} So it would be in a device with {told}: give bounds to a law.") from None
     return found
-
-
-def _device_part(part: Any, values: Mapping[str, float]) -> Any:
-    return with_values(part, {name: values[name] for name in uncertain_numbers(part)})
 
 
 def plan_of_all(first: Plan, devices: Sequence[System], given: Mapping[str, Any]) -> tuple[Plan, list[Plan]]:

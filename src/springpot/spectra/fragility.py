@@ -122,7 +122,13 @@ def fragility(
         systems = [checked_system(system(float(each)), f"system({each:g})") for each in own]
         size = None
     else:
-        name, record = _record_of(checked_system(system))
+        records = [each for each in checked_system(system).stated() if isinstance(each[1], RecordedExcitation)]
+        if len(records) != 1:
+            raise ValueError(
+                "system must have one recorded excitation, whose records are scaled, or be a function of the "
+                "intensity, such as lambda rms: sp.System(..., sp.KanaiTajimiNoise.from_rms(rms, 'g', ...))."
+            )
+        [(name, record)] = records
         if own is not None and record.count < 2:
             raise ValueError("system must have two or more records: one has a capacity, and no dispersion.")
         size = _sizes(record, measure)
@@ -207,16 +213,6 @@ def _limits(given: Any) -> dict[str, list[float]]:
         own = finite_numbers(each, f"limits of {name}", f"limit of {name}", low=0.0, high=LARGEST, open_low=True)
         found[name] = own.ravel().tolist()
     return found
-
-
-def _record_of(system: System) -> tuple[str, RecordedExcitation]:
-    records = [(name, part) for name, part in system.stated() if isinstance(part, RecordedExcitation)]
-    if len(records) != 1:
-        raise ValueError(
-            "system must have one recorded excitation, whose records are scaled, or be a function of the intensity, "
-            "such as lambda rms: sp.System(..., sp.KanaiTajimiNoise.from_rms(rms, 'g', ...))."
-        )
-    return records[0]
 
 
 def _sizes(record: RecordedExcitation, measure: Any) -> Floats:

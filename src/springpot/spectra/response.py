@@ -135,7 +135,10 @@ def response_spectrum(
     own = finite_numbers(periods, "periods", "period", low=0.0, open_low=True).ravel()
     if own.size > _MOST_PERIODS:
         raise ValueError(f"periods must be at most {_MOST_PERIODS}, not {own.size}.")
-    words = _words(output)
+    names = [output] if isinstance(output, str) else output
+    if not isinstance(names, Sequence) or not names or not all(isinstance(word, str) for word in names):
+        raise TypeError(f"output must be a name or a list of names, not {shown(output)}.")
+    words = [*dict.fromkeys(names)]
     one_of(kind, "kind", get_args(Kind))
     if damping is None and system is None:
         damping = USUAL_DAMPING
@@ -196,13 +199,6 @@ def response_spectrum(
             "small changes grow from impact to impact; quantiles over many records are known better than single ones."
         )
     return _put(common, "kernel", words, values, errors, tuple(warnings))
-
-
-def _words(output: Any) -> list[str]:
-    given = [output] if isinstance(output, str) else output
-    if not isinstance(given, Sequence) or not given or not all(isinstance(word, str) for word in given):
-        raise TypeError(f"output must be a name or a list of names, not {shown(output)}.")
-    return [*dict.fromkeys(given)]
 
 
 def _is_uneven(excitation: Excitation) -> bool:

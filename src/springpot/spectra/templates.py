@@ -83,7 +83,9 @@ def _reached(
 ) -> dict[str, Any]:  # fmt: skip
     """The parts, with the stiffness of some so that the slowest mode has the period."""
     system = System(**parts)
-    at, own = system.coordinates, {name: _first_stiffness(part) for name, part in system.elements.items()}
+    at, own = system.coordinates, dict[str, float]()
+    for name, part in system.elements.items():
+        own[name] = float(part.stiffness if isinstance(part, Yielding) else part.static_stiffness)
     rest = at.sum_of({name: 0.0 if name in names else stiff for name, stiff in own.items()})
     moved = at.sum_of({name: stiff if name in names else 0.0 for name, stiff in own.items()})
     wanted = (2.0 * math.pi / period) ** 2
@@ -110,7 +112,3 @@ def _reached(
             name += "_added"
         found[name] = Dashpot(coefficient, between=parts[first].between)
     return found
-
-
-def _first_stiffness(part: Any) -> float:
-    return float(part.stiffness if isinstance(part, Yielding) else part.static_stiffness)
