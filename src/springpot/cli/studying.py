@@ -151,7 +151,10 @@ def run(
         from springpot.studies.running import run_study
 
     study = read_study(file)
-    part = _shard(shard)
+    first, slash, last = shard.partition("/")
+    if not (slash and first.isdigit() and last.isdigit()):
+        raise ValueError(f"--shard must be i/N, such as 1/4, not {shard!r}.")
+    part = int(first), int(last)
     try:
         with Bar(study.name) as bar:
             outcome = run_study(
@@ -256,13 +259,6 @@ def plot(
     check_picture(out, "out")
     print(save(plot_study(open_study(store), quantities=quantities, kind=kind, along=along), Path(out)))
     return 0
-
-
-def _shard(text: str) -> tuple[int, int]:
-    first, slash, last = text.partition("/")
-    if not (slash and first.isdigit() and last.isdigit()):
-        raise ValueError(f"--shard must be i/N, such as 1/4, not {text!r}.")
-    return int(first), int(last)
 
 
 def _time(seconds: float) -> str:

@@ -109,17 +109,28 @@ def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str], heavy: 
             for name in controlled
         ]
         print_table([["", "value +- total error (95 %)", "standard error", "step", "memory", "transient"], *rows, []])
-    rows = [
-        [name, with_error(answer[name], answer[f"{name}_se"], units[name]), _step_bias(answer.get(f"{name}_step_bias"))]
-        for name in rest
-    ]
+    rows = []
+    for name in rest:
+        bound = answer.get(f"{name}_step_bias")
+        bias = f"step bias up to {bound:.2g}" if bound else ""
+        rows.append([name, with_error(answer[name], answer[f"{name}_se"], units[name]), bias])
     print_table([["", "value +- standard error"], *rows])
     if passages := _first_passages(answer):
         print()
         header = [*(words for words, _ in _OF_PASSAGES.values()), "rate once constant, 95 %"]
         print_table([["first passage +- standard error", *header], *passages])
     if "time_bin" in answer:
-        _print_profiles(answer, heavy)
+        from springpot.problem.catalogue import unit_of
+
+        bins = zip(answer["time_bin"], answer["time_bin_width"], strict=True)
+        head = [f"{middle - 0.5 * width:.6g} to {middle + 0.5 * width:.6g} s" for middle, width in bins]
+        rows = [["in bins of time +- standard error", *head]]
+        for name in (name for name in answer if name.endswith("_profile")):
+            unit = unit_of(name, heavy) or "1"
+            values = zip(answer[name], answer[f"{name}_se"], strict=True)
+            rows.append([name.removesuffix("_profile"), *(with_error(value, error, unit) for value, error in values)])
+        print()
+        print_table(rows)
     if "probability" in answer:
         _print_quantiles(answer, units)
 
@@ -154,21 +165,6 @@ def _level(level: float, middle: float | None) -> str:
     return f" {level:g}" if middle is None else f" {middle - level:g} to {middle + level:g}"
 
 
-def _print_profiles(answer: Mapping[str, Any], heavy: bool) -> None:
-    """Results in bins of time, one column for each bin."""
-    from springpot.problem.catalogue import unit_of
-
-    bins = zip(answer["time_bin"], answer["time_bin_width"], strict=True)
-    rows = []
-    for name in (name for name in answer if name.endswith("_profile")):
-        unit = unit_of(name, heavy) or "1"
-        values = zip(answer[name], answer[f"{name}_se"], strict=True)
-        rows.append([name.removesuffix("_profile"), *(with_error(value, error, unit) for value, error in values)])
-    print()
-    head = [f"{middle - 0.5 * width:.6g} to {middle + 0.5 * width:.6g} s" for middle, width in bins]
-    print_table([["in bins of time +- standard error", *head], *rows])
-
-
 def _print_quantiles(answer: Mapping[str, Any], means: Mapping[str, str]) -> None:
     """Quantiles of distributions and extremes, one row for each probability in the middle and in the tails.
 
@@ -195,10 +191,6 @@ def _print_quantiles(answer: Mapping[str, Any], means: Mapping[str, str]) -> Non
             if (biases := answer.get(f"{name}_quantile_step_bias")) is not None
         ]
     )
-
-
-def _step_bias(bound: float | None) -> str:
-    return f"step bias up to {bound:.2g}" if bound else ""
 
 
 def _plain_short(value: float | None) -> str:

@@ -54,7 +54,9 @@ def explain(system: System) -> str:
     natural frequency 20 rad/s, 3.1831 Hz; period 0.314159 s
     """
     system = checked_system(system)
-    return "\n".join([*equation(system), *_scales(system), *_filters(system), *_losses(system), *_coverage(system)])
+    names = [name for name, part in system.named() if part.dissipates]
+    losses = f"energy is taken by: {few(names)}" if names else "nothing takes energy"
+    return "\n".join([*equation(system), *_scales(system), *_filters(system), losses, *_coverage(system)])
 
 
 def equation(system: System) -> Iterator[str]:
@@ -64,7 +66,8 @@ def equation(system: System) -> Iterator[str]:
         left = [term for name, part in system.named() if (term := _term(system, name, part, place))]
         right = [push for name, symbol, _ in excitations if (push := _push(system, name, symbol, place))]
         sides = _some(left, ""), _some(right, " + ").replace("+ -", "- ") or "0"
-        yield f"{_inertia(system, place, point)}{' = '.join(sides)}"
+        mass = f"{system.coordinates.masses[place]:.6g} " if system.has_mass else ""
+        yield f"{mass}{system.coordinates.symbol(point)}''{' = '.join(sides)}"
     yield "in SI units: x in m, t in s, forces in N" if system.has_mass else "per unit mass: x in m, t in s"
     for _, symbol, words in excitations:
         if words:
@@ -75,11 +78,6 @@ def equation(system: System) -> Iterator[str]:
             yield f"{name}: {count} equal ones, written as one part"
         if line := part.line(name) or (preload and f"{part.said} ({name})"):
             yield _with_ends(line, _elongation(system, name)) + preload
-
-
-def _inertia(system: System, place: int, point: str) -> str:
-    mass = f"{system.coordinates.masses[place]:.6g} " if system.has_mass else ""
-    return f"{mass}{system.coordinates.symbol(point)}''"
 
 
 def _push(system: System, name: str, symbol: str, place: int) -> str:
@@ -202,11 +200,6 @@ def _filters(system: System) -> Iterator[str]:
                 continue
             near = f"within {per_cent(shape.worst)} of it, {per_cent(shape.rms)} rms"
             yield f"{name}: simulated by a filter of {len(shape.poles)} sections whose density is {near}"
-
-
-def _losses(system: System) -> Iterator[str]:
-    names = [name for name, part in system.named() if part.dissipates]
-    yield f"energy is taken by: {few(names)}" if names else "nothing takes energy"
 
 
 def _coverage(system: System) -> Iterator[str]:

@@ -268,15 +268,11 @@ def parse(text: object) -> AnyMessage:
     try:
         return _MESSAGES.validate_json(text)
     except ValidationError as error:
-        raise ValueError(_sentence(error)) from None
-
-
-def _sentence(error: ValidationError) -> str:
-    """The first error that pydantic reports, without the input, which may be long or not printable."""
-    first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-    places = [str(place)[:40] for place in first["loc"][1:]]  # after the kind of message
-    reason = first["msg"][:160]
-    return f"{places[-1] if places else 'message'}: {reason[:1].lower()}{reason[1:]}."
+        # the first that pydantic reports, without the input, which may be long or not printable
+        first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+        places = [str(place)[:40] for place in first["loc"][1:]]  # after the kind of message
+        reason = first["msg"][:160]
+        raise ValueError(f"{places[-1] if places else 'message'}: {reason[:1].lower()}{reason[1:]}.") from None
 
 
 MOTION, DENSITIES, GROWTH = 1, 2, 3

@@ -113,7 +113,12 @@ class Session:
             case StopFit():
                 self._measured.stop()
             case Observe():
-                self._observe(self._present("observe"), message)
+                from springpot.explorer.requests import observed
+
+                question = self._present("observe")
+                run = {"paths": question.asked.paths, "seed": question.asked.seed, "start": question.start}
+                run["threads"] = self._engine.threads
+                self._observing.begin("observed", observed, question.system, message, run)
             case StopObserving():
                 self._observing.stop()
             case Rare():
@@ -121,7 +126,11 @@ class Session:
             case StopRare():
                 self._splitting.stop()
             case Scatter():
-                self._scatter(self._present("scatter"), message)
+                from springpot.explorer.scattering import scattered
+
+                question = self._present("scatter")
+                run = {"devices": message.devices, "seed": question.asked.seed, "threads": self._engine.threads}
+                self._scattering.begin("scatter", scattered, question.devices, message.length, run)
             case StopScatter():
                 self._scattering.stop()
             case Play():
@@ -160,23 +169,11 @@ class Session:
         except (TypeError, ValueError) as error:
             self._post("shelved", of=part.kind, place="", said="", fault=sentence_of(error))
 
-    def _observe(self, question: Question, message: Observe) -> None:
-        from springpot.explorer.requests import observed
-
-        run = {"paths": question.asked.paths, "seed": question.asked.seed, "start": question.start}
-        self._observing.begin("observed", observed, question.system, message, run | {"threads": self._engine.threads})
-
     def _split(self, question: Question, message: Rare) -> None:
         from springpot.explorer.rare import growing
 
         run = {"seed": question.asked.seed, "start": question.start, "threads": self._engine.threads}
         self._splitting.begin("rare", growing, question.system, message, run)
-
-    def _scatter(self, question: Question, message: Scatter) -> None:
-        from springpot.explorer.scattering import scattered
-
-        run = {"devices": message.devices, "seed": question.asked.seed, "threads": self._engine.threads}
-        self._scattering.begin("scatter", scattered, question.devices, message.length, run)
 
     def refuse(self, sentence: str, asked: int | None = None) -> None:
         """Tell the tab why a message was refused, and the number of the question if it was one."""

@@ -340,11 +340,19 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
     if "system" in content:
         folder = Path() if isinstance(source, Mapping) else Path(source).parent
         system = _read_system(content["system"], folder, title)
-        content = with_draws({"quantities": [_usual_quantity(system)], **content, "system": system}, system, title)
+        # <A^2>, or <v^2> where there is no frequency and so no amplitude; of several masses <x^2> of the first
+        amplitude = ["amplitude_mean_square"] if system.stiffness > 0.0 else []
+        usual = stated_in(system, (*amplitude, "v_mean_square", f"{system.points[0]}_x_mean_square"))[:1]
+        content = with_draws({"quantities": [*usual], **content, "system": system}, system, title)
     elif "draws" in content:
         raise FileError(f"{title} is not right: draws are of a system's uncertain numbers: name its file as system.")
     try:
-        content = _in_one_form(content)
+        axes, zipped = content.get("axes"), content.get("zipped")  # in one form: a name for each axis
+        if isinstance(axes, Mapping):
+            content = {**content, "axes": flattened(axes)}
+        if isinstance(zipped, Mapping):
+            names = {name: flattened(part) if isinstance(part, Mapping) else part for name, part in zipped.items()}
+            content = {**content, "zipped": names}
         _check_keys(content)
         return Study.model_validate(content)
     except ValidationError as error:
@@ -355,12 +363,6 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
 
 def _only_exceedance(methods: object) -> bool:
     return isinstance(methods, list) and methods == ["exceedance"]
-
-
-def _usual_quantity(system: System) -> str:
-    """<A^2>, or <v^2> where there is no frequency and so no amplitude; of several masses <x^2> of the first."""
-    amplitude = ["amplitude_mean_square"] if system.stiffness > 0.0 else []
-    return stated_in(system, (*amplitude, "v_mean_square", f"{system.points[0]}_x_mean_square"))[0]
 
 
 def _read_system(given: object, folder: Path, title: str) -> System:
@@ -375,17 +377,6 @@ def _read_system(given: object, folder: Path, title: str) -> System:
     except TypeError as fault:
         hint = "In a file it is the place of the system's file, in quotes."
         raise FileError(f"{title} is not right: {fault} {hint}") from None
-
-
-def _in_one_form(content: dict[str, Any]) -> dict[str, Any]:
-    """The content with one name for each axis."""
-    axes, zipped = content.get("axes"), content.get("zipped")
-    if isinstance(axes, Mapping):
-        content = {**content, "axes": flattened(axes)}
-    if isinstance(zipped, Mapping):
-        names = {name: flattened(part) if isinstance(part, Mapping) else part for name, part in zipped.items()}
-        content = {**content, "zipped": names}
-    return content
 
 
 def _check_keys(content: Mapping[str, Any]) -> None:

@@ -164,7 +164,12 @@ def open_store(path: str | Path, study: Study | None = None) -> Store:
             raise StoreError(
                 f"there is no store {str(path)!r}: springpot study run FILE --store {shell_word(path)} creates one."
             )
-        _make(path, study)
+        try:
+            with whole_folder(path) as partial:
+                partial.mkdir(parents=True)
+                _describe(partial, study, None)
+        except OSError as error:
+            raise OSError(f"store {str(path)!r} cannot be created ({error.strerror}).") from error
     ours = _ours(path)
     if study is None:
         if ours is None:
@@ -240,15 +245,6 @@ def _check_same(path: Path, kept: Study, given: Study) -> None:
             "values on the axes, methods and quantities may change in a store, so use another store for "
             f"{given.name!r}."
         )
-
-
-def _make(path: Path, study: Study) -> None:
-    try:
-        with whole_folder(path) as partial:
-            partial.mkdir(parents=True)
-            _describe(partial, study, None)
-    except OSError as error:
-        raise OSError(f"store {str(path)!r} cannot be created ({error.strerror}).") from error
 
 
 def _describe(path: Path, study: Study, ours: dict[str, Any] | None) -> Store:
