@@ -23,7 +23,7 @@ from springpot.simulation.estimate.settled import change_in_window
 from springpot.simulation.estimate.step_biases import step_biases
 from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.monte_carlo import diagnostics_of, door
-from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
+from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.paths.statistics import NORMAL, standard_error
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
@@ -131,7 +131,15 @@ def _with_paths(run: Run, paths: object, threads: int | None, progress: Progress
     )
     simulation = simulation_of(Plan(motion_of(run.system), settings, run.adapted))
     begun = time.perf_counter()
-    _check_bits(simulation, run)
+    few = min(LANES, before)  # another version, processor or library would give other bits
+    again = simulation.but(paths=few, record=min(few, run.settings.record)).advance()
+    there = run.path_sums[:few]
+    if again.rows.shape != there.shape or not np.array_equal(again.rows, there, equal_nan=True):
+        made = run.diagnostics.get("versions", {}).get("springpot", "?")
+        raise ValueError(
+            f"run cannot be extended here: it was made by springpot {made} on another machine or with other libraries, "
+            "and its first paths come out with other bits; run it anew."
+        )
     whole = before // LANES * LANES
     skipped = whole if settings.record <= whole else 0
     later = simulation.but(paths=wanted - skipped, record=0 if skipped else settings.record)
@@ -153,19 +161,6 @@ def _with_paths(run: Run, paths: object, threads: int | None, progress: Progress
         record=run.record if skipped else ensemble.record,
         path_sums=rows,
     )
-
-
-def _check_bits(simulation: Simulation, run: Run) -> None:
-    """The first block must be what it was: another version, processor or library would give others."""
-    paths = min(LANES, run.settings.paths)
-    again = simulation.but(paths=paths, record=min(paths, run.settings.record)).advance()
-    there = run.path_sums[:paths]
-    if again.rows.shape != there.shape or not np.array_equal(again.rows, there, equal_nan=True):
-        made = run.diagnostics.get("versions", {}).get("springpot", "?")
-        raise ValueError(
-            f"run cannot be extended here: it was made by springpot {made} on another machine or with other libraries, "
-            "and its first paths come out with other bits; run it anew."
-        )
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ that the step causes in N(u) and N(2 u) cancel.  The plain count is too low by 8
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -198,32 +198,22 @@ def with_completed_rate(simulation: Simulation, samples: dict[str, Floats], coun
     counted : ndarray, shape (paths, 2 times the walls that are completed)
         Counts of the observers of `counts_of_fast_impacts`.
     """
-    result, completed = samples, simulation.motion.completed
+    result, completed, (low, high) = samples, simulation.motion.completed, simulation.settings.window_steps
     for n, before in enumerate(completed):
-        result = result | _completed(simulation, samples, before, counted[:, 2 * n], counted[:, 2 * n + 1])
+        fast, faster = counted[:, 2 * n], counted[:, 2 * n + 1]
+        slower = (fast - faster) / (2.0 ** slow_impact_power(completed[before].restitution) - 1.0)
+        rates = samples[f"{before}impact_rate"]
+        whole = np.asarray((fast + slower) / ((high - low) * simulation.settings.step))
+        result = result | {f"{before}impact_rate": whole, f"{before}plain_rate": rates}
+        rate = float(whole.mean())
+        for name in ("impact_speed_mean", "impact_speed_mean_square") if rate > 0.0 else ():
+            # the added impacts are so slow that rate times speed does not change
+            own = samples[f"{before}{name}"]
+            plain = float(own.mean())
+            flux = plain * rates + float(rates.mean()) * (own - plain)  # its mean is rate times speed
+            speed = float(flux.mean()) / rate
+            result[f"{before}{name}"] = speed + (flux - speed * whole) / rate
     walls = list(simulation.motion.touched)
     for wall in walls if len(walls) == 1 and "" in completed else ():  # its numbers are those of all impacts
         result |= {f"{wall}_{name}": result[name] for name in ("impact_rate", "impact_speed_mean")}
-    return result
-
-
-def _completed(
-    simulation: Simulation, samples: Mapping[str, Floats], before: str, fast: Floats, faster: Floats
-) -> dict[str, Floats]:
-    """Rate and speeds of some walls with the impacts that the step cannot resolve, and the counted rate."""
-    low, high = simulation.settings.window_steps
-    restitution = simulation.motion.completed[before].restitution
-    slower = (fast - faster) / (2.0 ** slow_impact_power(restitution) - 1.0)
-    completed = np.asarray((fast + slower) / ((high - low) * simulation.settings.step))
-    rates = samples[f"{before}impact_rate"]
-    result = {f"{before}impact_rate": completed, f"{before}plain_rate": rates}
-    rate = float(completed.mean())
-    if not rate > 0.0:
-        return result
-    # the added impacts are so slow that rate times speed does not change
-    for name in (f"{before}impact_speed_mean", f"{before}impact_speed_mean_square"):
-        plain = float(samples[name].mean())
-        flux = plain * rates + float(rates.mean()) * (samples[name] - plain)  # its mean is rate times speed
-        speed = float(flux.mean()) / rate
-        result[name] = speed + (flux - speed * completed) / rate
     return result

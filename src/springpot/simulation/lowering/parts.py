@@ -346,7 +346,8 @@ def _(part: FractionalMaxwell, name: str, units: Units, step: float) -> Lowered:
     high = min(reach, math.log(_FASTEST / step) - centre)
     if high <= -reach:  # the spring does not give way
         return Lowered(springpots=((order, pot),))
-    first, last = (math.floor(_even(u, width) / _SPACING) for u in (low, high))
+    # at places of the logarithm of the rate on a scale that is wide within ``width`` of 0
+    first, last = (math.floor((u + math.asinh(u / width)) / _SPACING) for u in (low, high))
     y = _SPACING * np.arange(first, last + 2, dtype=np.float64)
     u = _uneven(y, width)
     power = np.exp(order * u)  # s^a / lam
@@ -366,13 +367,8 @@ def _(part: FractionalMaxwell, name: str, units: Units, step: float) -> Lowered:
     return Lowered(arms=tuple(modes))
 
 
-def _even(u: float, width: float) -> float:
-    """A place in the logarithm of the rate on a scale that is wide within ``width`` of 0."""
-    return u + math.asinh(u / width)
-
-
 def _uneven(y: Floats, width: float) -> Floats:
-    """The inverse of `_even`, by Newton's method: from below the function's bend it comes down to the root."""
+    """The inverse of u + asinh(u / width), by Newton's method: from below the bend it comes down to the root."""
     size = np.abs(y)
     u = np.minimum(size, width * np.sinh(np.minimum(size, 300.0)))
     for _ in range(60):

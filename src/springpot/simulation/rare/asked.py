@@ -311,16 +311,8 @@ def _constants(
     if modes is not None:
         put(_STRUCK, -math.inf)
         return found, math.nan, modes
-    _put_energy(put, motion, parts, quantity, sign)
-    if kind in ("force", "own"):
-        return found, math.nan, None
-    return found, _target(plan, kind, level, sign) / units.speed**2, None
-
-
-def _put_energy(put: Callable[[int, Any], None], motion: Motion, parts: Parts, quantity: Quantity, sign: float) -> None:
-    """What the energy of one mass, and the loss at a wall behind its motion, is made of."""
     ends = sorted(end / parts.units.length for end in (motion.low, motion.high))
-    energy = _energy(motion, parts)
+    energy = _energy(motion, parts)  # of one mass, and what is lost at a wall behind its motion
     put(_STIFFNESS, energy.stiffness)
     put(_LEFT, (1.0, 1.0))
     put(_STRUCK, min((energy(end) for end in ends if math.isfinite(end)), default=0.0))
@@ -328,6 +320,9 @@ def _put_energy(put: Callable[[int, Any], None], motion: Motion, parts: Parts, q
         put(_BEHIND, energy(loss.place / parts.units.length))
         put(_LEFT, (loss.left, loss.raised))
     put(_COEFFICIENTS, energy.beyond)
+    if kind in ("force", "own"):
+        return found, math.nan, None
+    return found, _target(plan, kind, level, sign) / units.speed**2, None
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,6 @@ from numba import njit
 from numba.core.errors import NumbaError
 
 from springpot.machine.arguments import LARGEST, checked_name, finite_number, without_axis
-from springpot.machine.arrays import Floats
 from springpot.machine.faults import cause_of, shown
 from springpot.problem.catalogue import LEVELS, unit_of_result
 from springpot.simulation.kernel.callbacks import callback
@@ -179,21 +178,20 @@ class FirstPassages(Request):
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         found = dict[int, PassageTimes]()
-        for observer, way in zip(self.observers, self.ways, strict=True):
-            times = ensemble.observed[observer]["times"].T
-            for place, level, passed in zip(way.places, way.levels, times, strict=True):
-                found[place] = self._passage_times(simulation, way, level, passed)
-        of_levels = tuple(found[place] for place in sorted(found))
-        return {"first_passages": {self.quantity: PassagesOfLevels(of_levels) if self.listed else found[0]}}
-
-    def _passage_times(self, simulation: Simulation, way: Way, level: float, passed: Floats) -> PassageTimes:
         settings, motion, (low, high) = simulation.settings, simulation.motion, simulation.settings.window_steps
         begin = 0.0 if self.at_once else (low + 1) * settings.step
         horizon = high * settings.step - begin
-        since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
-        times = np.where(passed < 0.0, np.inf, since)
         settling = motion.settled_after(settings.start, SETTLED) if motion.settles else math.inf
-        return PassageTimes(self.quantity, level, way.reference, self.unit, begin, horizon, settling, times)
+        for observer, way in zip(self.observers, self.ways, strict=True):
+            times = ensemble.observed[observer]["times"].T
+            for place, level, passed in zip(way.places, way.levels, times, strict=True):
+                since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
+                since = np.where(passed < 0.0, np.inf, since)
+                found[place] = PassageTimes(
+                    self.quantity, level, way.reference, self.unit, begin, horizon, settling, since
+                )
+        of_levels = tuple(found[place] for place in sorted(found))
+        return {"first_passages": {self.quantity: PassagesOfLevels(of_levels) if self.listed else found[0]}}
 
 
 def _initial(

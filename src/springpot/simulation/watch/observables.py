@@ -66,14 +66,12 @@ class MeanOfOwn(Request):
         (low, high), step = simulation.settings.window_steps, simulation.settings.step
         of_impacts = self.observer.on_steps is None
         samples = ensemble.observed[self.observer]["sum"] / ((high - low) * (step if of_impacts else 1))
-        errors = {self.name: math.nan} if of_impacts and self._has_seen_none(simulation, ensemble) else {}
+        errors = {}
+        if of_impacts and (walls := [stop] if (stop := self.observer.seen.stop) else [*simulation.parts.walls]):
+            sums = simulation.parts.sums(ensemble.rows)
+            if not any(sums["impacts", wall].any() for wall in walls):
+                errors[self.name] = math.nan  # no path has struck them
         return {"means": {self.name: samples}, "errors": errors}
-
-    def _has_seen_none(self, simulation: Simulation, ensemble: Ensemble) -> bool:
-        """Whether there are walls, but no path has struck them."""
-        stop, sums = self.observer.seen.stop, simulation.parts.sums(ensemble.rows)
-        walls = [stop] if stop else simulation.parts.walls
-        return bool(walls) and not any(sums["impacts", wall].any() for wall in walls)
 
 
 def mean_of(

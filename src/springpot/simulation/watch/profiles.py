@@ -133,7 +133,8 @@ class Bins(Request):
         for seen in moved:
             yield cls.of(seen, edges, plan.settings)
         for name, seen in fast.items():
-            yield cls.of(_counted_of(name, seen), edges, plan.settings, slowest or 0.0)
+            own = {"counted_impact_speed": f"{name.removesuffix('impact_speed')}counted_impact_speed"}
+            yield cls.of(replace(seen, names=own), edges, plan.settings, slowest or 0.0)  # the same, but not slow ones
 
     @classmethod
     def of(cls, seen: Seen, edges: npt.NDArray[np.int64], settings: Settings, slowest: float = 0.0) -> Bins:
@@ -225,11 +226,6 @@ def _begun(kind: np.dtype[np.void], edges: npt.NDArray[np.int64], settings: Sett
     array["count"], array["ends"] = edges.size, edges
     array["ends_at"], array["totals_at"] = begins(kind, "ends", "totals")
     return array
-
-
-def _counted_of(name: str, seen: Seen) -> Seen:
-    """The same impacts, by the name of those that are not slow."""
-    return replace(seen, names={"counted_impact_speed": f"{name.removesuffix('impact_speed')}counted_impact_speed"})
 
 
 def _profiles(

@@ -173,20 +173,14 @@ def _check_smooth(motion: Motion, name: str, curves: Sequence[Basquin]) -> None:
     """
     parts, rows = dict(motion.system.named()), motion.system.coordinates.elongations
     for part in motion.felt[name].shares if name in motion.felt else ():
-        order = _order(parts[part])
+        own = parts[part]  # of the derivative in its force:
+        order = own.order if isinstance(own, Springpot) else float(isinstance(own, Dashpot | PolynomialDashpot))
         least, lowest = 1.0 / (1.5 - order), min(curve.exponent for curve in curves)
         if order > 0.5 and lowest <= least and motion.intensity_of(Seen(row=rows[part])) > 0.0:
             raise NotCoveredError(
                 f"rainflow of {name} needs exponents above {least:.3g}: under white noise the force of {part} turns "
                 "the more often the shorter the step, and with a smaller exponent so does its damage."
             )
-
-
-def _order(part: Any) -> float:
-    """Of the derivative in a part's force."""
-    if isinstance(part, Springpot):
-        return part.order
-    return 1.0 if isinstance(part, Dashpot | PolynomialDashpot) else 0.0
 
 
 # --- compiled ------------------------------------------------------------------------------------------------------
