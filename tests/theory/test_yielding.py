@@ -9,7 +9,6 @@ import pytest
 from scipy import linalg
 
 import springpot as sp
-from springpot.theory.methods.systems.yielding import nearest_arm, nearest_arm_of_slider
 
 ROWS = ((0.1, 0.5, 0.2, (0.56336, 0.43882, 0.23257)), (0.04, 0.1, 0.1, (0.40196, 0.21796, 0.15841)))
 
@@ -34,7 +33,7 @@ def test_moments_are_those_of_an_own_solution(
 def test_the_arm_has_the_mean_slopes_of_the_law(exponent: float, beta: float) -> None:
     """By differences of E[z' v] and E[z' z], which have them as coefficients of the covariances of v and z."""
     part, speed, rho = sp.BoucWen(2.0, 3.0, exponent, beta), 0.7, 0.6
-    arm, force = nearest_arm(part, speed, rho)
+    arm, force = part.nearest_arm(speed, rho)
     c, d, size = arm.stiffness / part.stiffness, arm.stiffness / arm.coefficient, force / part.stiffness
     u, v = np.meshgrid(np.linspace(-9.0, 9.0, 601), np.linspace(-9.0, 9.0, 601), indexing="ij")
     weight = np.exp(-0.5 * (u * u + v * v))
@@ -51,7 +50,7 @@ def test_the_arm_has_the_mean_slopes_of_the_law(exponent: float, beta: float) ->
 def test_the_arm_of_a_slider_has_the_mean_slopes_of_the_law(reached: float) -> None:
     """Of z = g cut off at its limits, by sums over a grid of g and of what is left of v."""
     part, speed = sp.Jenkins(2.0, 3.0), 0.7
-    arm, force = nearest_arm_of_slider(part, speed, reached)
+    arm, force = part.nearest_arm(speed, reached)
     c, d, spread = arm.stiffness / part.stiffness, arm.stiffness / arm.coefficient, force / part.stiffness
     cell = 0.02 / max(reached, 1.0)  # the limit lies between two cells
     edges = np.arange(-int(7.0 / cell), int(7.0 / cell))
@@ -69,9 +68,9 @@ def test_the_arm_of_a_slider_has_the_mean_slopes_of_the_law(reached: float) -> N
 
 
 def test_a_slider_that_hardly_slips_is_a_spring_and_one_that_always_does_is_friction() -> None:
-    stuck, force = nearest_arm_of_slider(sp.Jenkins(2.0, 3.0), 0.7, 0.1)
+    stuck, force = sp.Jenkins(2.0, 3.0).nearest_arm(0.7, 0.1)
     assert (stuck.stiffness, force) == pytest.approx((2.0, 0.3), rel=1e-9)
-    rubbed, force = nearest_arm_of_slider(sp.Jenkins(2.0, 3.0), 0.7, 1e3)
+    rubbed, force = sp.Jenkins(2.0, 3.0).nearest_arm(0.7, 1e3)
     power = force**2 / rubbed.coefficient
     assert (power, force) == pytest.approx((np.sqrt(2.0 / np.pi) * 3.0 * 0.7, 3.0), rel=2e-3)
 

@@ -22,7 +22,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System
-from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.methods.systems.coverage import Coverage
 
 
 class PaperCell(NamedTuple):
@@ -104,6 +104,10 @@ _REACH = (
     "The validity map of systems has a linear spring with a cubic one that hardens, one springpot or dashpot, a wall "
     "or two, one on each side of the equilibrium, and white or colored noise"
 )
+_COVERED = Coverage(
+    _REACH, Spring | PolynomialSpring | PolynomialDashpot | Dashpot | Springpot | Barrier | WhiteNoise | ColoredNoise,
+    linear=PolynomialDashpot, nonlinear="",
+)  # fmt: skip
 
 
 def cell_of(system: System) -> Cell:
@@ -115,8 +119,7 @@ def cell_of(system: System) -> Cell:
         If it has other parts; the sentence names the part.
     """
     unit = system.per_unit_mass
-    kinds = Spring | PolynomialSpring | PolynomialDashpot | Dashpot | Springpot | Barrier | WhiteNoise | ColoredNoise
-    check_kinds(unit, _REACH, kinds, linear=PolynomialDashpot, nonlinear="")
+    _COVERED.check(unit)
     for name, part in unit.named():
         if isinstance(part, Barrier) and callable(part.restitution):
             raise NotCoveredError(f"{_REACH}, not the restitution of {name}.")

@@ -18,7 +18,7 @@ from springpot.problem.catalogue import check_result_names
 from springpot.problem.coordinates import MOST_PARTS, Coordinates
 from springpot.problem.matrices import parts_of_matrices
 from springpot.problem.modes import FrequencyUnit, parts_of_modes
-from springpot.problem.parts import Constant, Contact, Force, Mass, Point, Springpot, ThermalNoise
+from springpot.problem.parts import Barrier, Constant, Contact, Force, Mass, Point, Springpot, ThermalNoise
 from springpot.problem.parts.checks import fields_of, plain
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Element, Part, kind_of
@@ -306,6 +306,26 @@ class System:
         """Its parts with two ends by name, in the order given."""
         return {name: part for name, part in self.named() if isinstance(part, Element)}
 
+    @cached_property
+    def stops(self) -> dict[str, Stop]:
+        """Its walls and contacts by name, in the order given."""
+        return {name: part for name, part in self.named() if isinstance(part, Stop)}
+
+    @cached_property
+    def walls(self) -> dict[str, Barrier]:
+        """Its rigid walls by name."""
+        return {name: part for name, part in self.named() if isinstance(part, Barrier)}
+
+    @cached_property
+    def contacts(self) -> dict[str, Contact]:
+        """Its soft contacts by name."""
+        return {name: part for name, part in self.named() if isinstance(part, Contact)}
+
+    @cached_property
+    def thermal(self) -> ThermalNoise | None:
+        """The noise of all that dissipates, if there is one."""
+        return next(iter(self.of(ThermalNoise)), None)
+
     @property
     def counts(self) -> dict[str, int]:
         """How many equal ones there are of each part of which there are several, and of each group of such, by name.
@@ -356,11 +376,6 @@ class System:
     def with_functions(self) -> list[str]:
         """The names of parts that are or have functions of the user."""
         return [name for name, part in self.named() if part.has_function]
-
-    @property
-    def stops(self) -> dict[str, Stop]:
-        """Its walls and contacts by name, in the order given."""
-        return {name: part for name, part in self.named() if isinstance(part, Stop)}
 
     @property
     def has_mass(self) -> bool:

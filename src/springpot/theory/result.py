@@ -7,9 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from springpot.problem.catalogue import stated_in
-from springpot.problem.parts import Barrier
 from springpot.problem.parts.checks import put
-from springpot.problem.parts.circuits import Circuit
 from springpot.problem.system import System
 from springpot.theory.walls import about_walls
 
@@ -98,7 +96,8 @@ def names_of_results(system: System) -> tuple[str, ...]:
     ('stop_impact_rate', 'stop_impact_speed_mean', 'stop_force_mean')
     """
     of_walls = stated_in(system, (f"{wall}_{what}" for wall in system.stops for what in OF_A_WALL))
-    return (*names_of_moments(system), *of_walls, *(["harvested_power"] if system.of(Circuit) else []))
+    power = ["harvested_power"] if any(part.of_load for part in system.parts) else []
+    return (*names_of_moments(system), *of_walls, *power)
 
 
 def names_of_moments(system: System) -> Sequence[str]:
@@ -150,7 +149,7 @@ def _struck(system: System, name: str, rate: float, mean: float, square: float, 
     wall, at = system.stops[name], system.coordinates
     if not rate > 0.0:
         _, mean, square = NEVER_STRUCK
-    if not force and isinstance(wall, Barrier) and wall.is_elastic:  # on others a mass may rest
+    if not force and name in system.walls and not wall.dissipates:  # on others a mass may rest
         force = (2.0 * at.reduced(at.elongations[name]) * rate * mean,)
     return rate, mean, square, *(force or (math.nan,))
 

@@ -150,7 +150,7 @@ def transient(system: System, time: npt.ArrayLike) -> Transient:
         steps = [*_steps(states, asked)]
         whole = _driven_white(states, seen, steps)
         for noise, vector, _ in states.inputs:
-            if isinstance(noise, SpectralExcitation):
+            if noise.filter_order is None:
                 whole = whole + _of_density(noise, states, vector, seen, steps, end)
         found = whole[place]
     return Transient(times, {name: found[:, n].reshape(times.shape) for n, name in enumerate(rows)})
@@ -159,7 +159,7 @@ def transient(system: System, time: npt.ArrayLike) -> Transient:
 def _linearized(system: System, nearest: NearestLinear, times: Floats, end: float) -> Transient:
     """By the linear system of each time, with steps and memory for the fastest of them."""
     own, still = nearest.companion, np.zeros(len(nearest.force))
-    if any(isinstance(noise, SpectralExcitation) for noise in own.noises):
+    if any(noise.filter_order is None for noise in own.noises):
         raise NotCoveredError(f"{_REACH}; with nonlinear parts not a noise of a given spectral density.")
     stiffness, damping, _ = nearest.equivalents(still, np.zeros((len(nearest.bent), 2)))
     span = end if end > 0.0 else 1.0
@@ -182,9 +182,9 @@ def _linearized(system: System, nearest: NearestLinear, times: Floats, end: floa
     if beyond.spreads.any():
         stiffness, damping, _ = nearest.equivalents(still, beyond.spreads)
         here = replace(own, stiffness=stiffness, damping=damping)
-        warnings = tuple(nearest.doubts(system, here, nearest.joined(still, *beyond.spreads.T)))
-        bent = any(not damper.is_linear for row in nearest.bent for damper in row.dampers)
-        warnings += (_FADING,) if bent and any(noise.envelope is not None for noise in own.noises) else ()
+        warnings = tuple(nearest.doubts(here, nearest.joined(still, *beyond.spreads.T)))
+        rough = any(row.is_rough for row in nearest.bent)
+        warnings += (_FADING,) if rough and any(noise.envelope is not None for noise in own.noises) else ()
     return Transient(
         times, {name: found[place, n].reshape(times.shape) for n, name in enumerate(rows)},
         is_exact=False, assumptions=(_GAUSSIAN,), warnings=warnings,
@@ -293,7 +293,7 @@ def _driven_white(
 
     from springpot.theory.numerics.white_noise import gathered
 
-    noises = [(noise, vector) for noise, vector, _ in states.inputs if not isinstance(noise, SpectralExcitation)]
+    noises = [(noise, vector) for noise, vector, _ in states.inputs if noise.filter_order is not None]
     changing = any(getattr(noise, "frequency_rate", 0.0) for noise, _ in noises)
     size, known = len(states.rates), dict[float, tuple[Floats, list[Floats]]]()
     covariance, found = np.zeros((size, size)), []

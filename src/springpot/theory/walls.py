@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from springpot.problem.messages import Message, say
-from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 
@@ -48,7 +47,7 @@ def about_wall(name: str, wall: Stop, before: Before, rate: float) -> Message | 
         return None
     period = 2.0 * math.pi / (before.frequency if before.frequency > 0.0 else before.speed / before.spread)
     away, struck = wall.inwards * (before.mean - wall.position) / before.spread, rate * period
-    held = isinstance(wall, Barrier) and before.frequency > 0.0
+    held = wall.soft_stop is None and before.frequency > 0.0
     words = f"{name} at {wall.position:g} m"
     if away > FAR and not struck > NEVER:
         return say("far_wall", wall=words, away=away, x=before.name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, Self
 
 from springpot.problem.parts.registration import Element, Law, Number, Slopes
 
@@ -21,8 +21,7 @@ class Circuit(Element, abstract=True):
         Whose mean square over ``load`` is the power of the load.
     """
 
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, True, True, True, True
-    of_load: ClassVar[Literal["voltage", "current"]]
+    is_linear, remembers, dissipates, is_thermal, is_odd, has_modulus = True, True, True, True, True, True
 
     coupling: Annotated[float, Number("θ", "coupling", "N V-1", "positive", "It is theta in N/V.", mass=0.5)]
     resistance: Annotated[float, Number("R", "resistance", "ohm", "positive", "It is R in ohm.")]
@@ -103,6 +102,15 @@ class PiezoelectricCircuit(Circuit):
     def time(self) -> float:
         """R Cp, in s."""
         return self.resistance * self.capacitance
+
+    @property
+    def relaxation(self) -> tuple[float, float]:
+        """Those of theta^2 / Cp and R Cp."""
+        return self.coupling**2 / self.capacitance, 1.0 / self.time
+
+    def scales(self, stiffness: float = 0.0, share: float = 0.0) -> list[float]:
+        """Where it begins to hold, and where it does."""
+        return [1.0 / self.time, math.sqrt(stiffness + self.coupling**2 / self.capacitance * share)]
 
     def modulus(self, p: Any) -> Any:
         """Force per displacement at the Laplace variable p: of a number or an array."""
@@ -211,6 +219,11 @@ class ResonantCircuit(Circuit):
         half = 0.5 * self.rate
         slower = self.frequency**2 / (half + math.sqrt(max(half**2 - self.frequency**2, 0.0)))
         return 0.5 / min(half, slower)
+
+    def scales(self, stiffness: float = 0.0, share: float = 0.0) -> list[float]:
+        """Its own, and those of the mass while the circuit is open and closed."""
+        w, stiffened = self.frequency, stiffness + self.coupling**2 / self.capacitance * share
+        return [w, self.rate, w * w / self.rate, math.sqrt(stiffened), math.sqrt(stiffened + w * w)]
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """Im k(i w) / w."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 from springpot.problem.parts.checks import coefficients, put, signed
-from springpot.problem.parts.registration import Element, Law, Number, Part
+from springpot.problem.parts.registration import Cycles, Element, Law, Number, Part
 
 __all__ = ["Dashpot", "Friction", "PolynomialDashpot", "VanDerPol"]
 
@@ -34,6 +34,7 @@ class Dashpot(Element):
 
     said, glyph, powers = "dashpot", "dashpot", ("damping",)
     is_linear, remembers, is_thermal, is_odd = True, False, True, True
+    has_equivalent = True
 
     coefficient: Annotated[
         float, Number("c", "coefficient", "N s m-1", "unsigned", "It is the damper's force per velocity.")
@@ -44,10 +45,9 @@ class Dashpot(Element):
         """Whether its coefficient is not 0."""
         return self.coefficient > 0.0
 
-    @property
-    def linear_damping(self) -> float:
+    def damping_coefficients(self) -> tuple[float, ...]:
         """c."""
-        return self.coefficient
+        return (self.coefficient,)
 
     @property
     def slow_springpot(self) -> tuple[float, float]:
@@ -97,7 +97,7 @@ class PolynomialDashpot(Element):
     """
 
     said, glyph, powers = "polynomial dashpot", "dashpot", ("damping", "taken")
-    remembers, dissipates, is_odd = False, True, True
+    remembers, dissipates, is_odd, has_equivalent = False, True, True, True
 
     coefficients: Annotated[tuple[float, ...], Number("c", "v", "N", "signed", per="m s-1")]
 
@@ -120,10 +120,9 @@ class PolynomialDashpot(Element):
         """A temperature alone does not determine the noise of a nonlinear one."""
         return self.is_linear
 
-    @property
-    def linear_damping(self) -> float:
-        """c1."""
-        return self.coefficients[0]
+    def damping_coefficients(self) -> tuple[float, ...]:
+        """Its own."""
+        return self.coefficients
 
     @property
     def is_rough(self) -> bool:
@@ -185,6 +184,7 @@ class VanDerPol(Element):
 
     said, glyph, powers = "van der pol", "dashpot", ("taken",)
     is_linear, remembers, dissipates, is_thermal, is_odd = False, False, True, False, True
+    has_equivalent = True
 
     coefficient: Annotated[
         float, Number("μ", "coefficient", "N s m-3", "positive", "It is mu of mu (x^2 - length^2) v.")
@@ -215,6 +215,18 @@ class VanDerPol(Element):
     def strongest_damping(self, spread: float, speed: float) -> float:
         """mu (<x^2> + l^2)."""
         return float(self.coefficient * (spread**2 + self.length**2))
+
+    def equivalent_damping(self, mean: float, spread: float, speed: float) -> float:
+        """mu (<x^2> - l^2)."""
+        return self.coefficient * (mean * mean + spread**2 - self.length**2)
+
+    def force_beside(self, x: Any, v: Any) -> Any:
+        """All of it."""
+        return self.coefficient * (x * x - self.length**2) * v
+
+    def power_beside(self, cycles: Cycles) -> Any:
+        """That of all of it."""
+        return self.coefficient * (cycles.xv_square - self.length**2 * cycles.v_square)
 
     def term(self) -> str:
         """Its force in the equation of motion."""

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, cast, get_args
 
 from springpot.files.units import Decimal
 from springpot.machine.arguments import (
@@ -24,7 +24,17 @@ from springpot.machine.faults import FileError, known_word, listed, per_cent, sh
 from springpot.problem.messages import warn_of_file
 from springpot.problem.parts.checks import numbers_in, put
 from springpot.problem.parts.envelopes import Envelope
-from springpot.problem.parts.registration import Element, Ends, Instead, Law, Number, Part, PointName, checked_ends
+from springpot.problem.parts.registration import (
+    Element,
+    Ends,
+    Filter,
+    Instead,
+    Law,
+    Number,
+    Part,
+    PointName,
+    checked_ends,
+)
 from springpot.problem.spectral_density import (
     STANDARD_GRAVITY,
     DensityUnit,
@@ -77,6 +87,7 @@ class Excitation(Part, abstract=True):
 
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True  # where a kind says no other
     envelope = cast(Any, None)  # a field of the noises that can have one
+    filter_order: ClassVar[int | None] = None  # states of the filter that white noise drives; None of other excitation
     factor = ""  # what stands before its symbol in the equation
 
     def __post_init__(self) -> None:
@@ -143,6 +154,7 @@ class WhiteNoise(Excitation):
     """
 
     said, glyph, powers = "white noise", "rough", ("input",)
+    has_density, is_white, filter_order = True, True, 0
 
     intensity: Annotated[
         float, Number("q", "intensity", "N2 s", "unsigned", "It is q = sigma^2 of the white noise.")
@@ -180,6 +192,16 @@ class WhiteNoise(Excitation):
         'ground'
         """
         return cls(intensity_from_psd(psd, psd_unit, sides=sides, mass=1.0), driven(psd_unit, on))
+
+    @property
+    def white_intensity(self) -> float:
+        """q."""
+        return self.intensity
+
+    @property
+    def excites(self) -> bool:
+        """Whether q is not 0."""
+        return self.intensity > 0.0
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -223,6 +245,7 @@ class ColoredNoise(Excitation):
     """
 
     said, glyph, powers = "colored noise", "smooth", ("fed",)
+    has_density, filter_order = True, 1
 
     variance: Annotated[float, Number("s²", "variance", "N2", "positive", "It is the mean square of the noise.")]
     correlation_time: Annotated[float, Number("τ", "correlation time", "s", "positive", "It is in s.")]
@@ -232,6 +255,20 @@ class ColoredNoise(Excitation):
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
         return self.variance * self.correlation_time / (math.pi * (1.0 + (w * self.correlation_time) ** 2))
+
+    @property
+    def correlated_for(self) -> float:
+        """Its correlation time."""
+        return self.correlation_time
+
+    def scales(self, stiffness: float = 0.0, share: float = 0.0) -> list[float]:
+        """The end of its band."""
+        return [1.0 / self.correlation_time]
+
+    def filter_at(self, time: float) -> Filter:
+        """Of first order."""
+        intensity = 2.0 * self.variance / self.correlation_time
+        return Filter(((-1.0 / self.correlation_time,),), (1.0,), 0, intensity)
 
     def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
         """That of white noise with its density at this frequency."""
@@ -255,6 +292,7 @@ class GroundNoise(Excitation, abstract=True):
     """White noise filtered by the ground, whose frequency may change in time."""
 
     said, glyph, powers = "ground noise", "smooth", ("fed",)
+    has_density = True
 
     frequency: Annotated[float, Number("ω", "filter at", "rad s-1", "positive", "It is the filter's, in rad/s.")]
     damping: Annotated[float, Number("ζ", "damping ratio", "1", "share", "It is the filter's damping ratio.")]
@@ -327,6 +365,21 @@ class GroundNoise(Excitation, abstract=True):
             )
         return found
 
+    def ground_at(self, time: float) -> tuple[tuple[tuple[float, float], ...], tuple[float, float]]:
+        """Rates of the states w u and u' of the ground, with w of time 0, and its acceleration by them."""
+        first, w = self.frequency, self.frequency_at(time, "the noise")
+        pull, drag = w * w / first, 2.0 * self.damping * w
+        return ((0.0, first), (-pull, -drag)), (pull, drag)
+
+    @property
+    def correlated_for(self) -> float:
+        """In which the ground comes to rest."""
+        return 1.0 / (self.damping * self.frequency)
+
+    def scales(self, stiffness: float = 0.0, share: float = 0.0) -> list[float]:
+        """That of the ground."""
+        return [self.frequency]
+
     def modulated(self, words: str) -> str:
         """What it is, with what changes in time."""
         changing = f", frequency changing by {self.frequency_rate:.6g} rad/s^2" if self.frequency_rate else ""
@@ -363,7 +416,7 @@ class KanaiTajimiNoise(GroundNoise):
     0.1592
     """
 
-    said = "kanai tajimi noise"
+    said, filter_order = "kanai tajimi noise", 2
 
     intensity: _Before
     on: On = "ground"
@@ -385,6 +438,11 @@ class KanaiTajimiNoise(GroundNoise):
     def rms(self) -> float:
         """Its root mean square without an envelope, before its frequency changes, in m/s^2 or N."""
         return math.sqrt(self.intensity * self.frequency * (0.25 / self.damping + self.damping))
+
+    def filter_at(self, time: float) -> Filter:
+        """That of the ground."""
+        rates, output = self.ground_at(time)
+        return Filter(rates, output, 1, self.intensity)
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
@@ -431,7 +489,7 @@ class CloughPenzienNoise(GroundNoise):
     1.0055
     """
 
-    said = "clough penzien noise"
+    said, filter_order = "clough penzien noise", 4
 
     base_frequency: Annotated[
         float, Number("ω", "second filter at", "rad s-1", "positive", "It is that of the second filter, in rad/s.")
@@ -467,6 +525,23 @@ class CloughPenzienNoise(GroundNoise):
         a1, a0 = ratio * (base + ground * ratio), ratio * ratio
         passed = (ground * ground * (a1 * a2 - a0 * a3) + a1) / (2.0 * (a1 * (a2 * a3 - a1) - a0 * a3 * a3))
         return math.sqrt(self.intensity * self.frequency * passed)
+
+    @property
+    def correlated_for(self) -> float:
+        """In which the slower of the two filters comes to rest."""
+        return max(super().correlated_for, 1.0 / (self.base_damping * self.base_frequency))
+
+    def scales(self, stiffness: float = 0.0, share: float = 0.0) -> list[float]:
+        """Those of both filters."""
+        return [self.frequency, self.base_frequency]
+
+    def filter_at(self, time: float) -> Filter:
+        """That of the ground, and f u and u' of the second filter, with f its frequency."""
+        rates, pull = self.ground_at(time)
+        f = self.base_frequency
+        output = (*pull, -f, -2.0 * self.base_damping * f)
+        wide = (*((*row, 0.0, 0.0) for row in rates), (0.0, 0.0, 0.0, f), output)
+        return Filter(wide, output, 1, self.intensity)
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
@@ -542,6 +617,7 @@ class Harmonic(Excitation):
     """
 
     said, glyph, powers = "harmonic", "sine", ("fed",)
+    is_gaussian = False
 
     amplitude: Annotated[float, Number("F", "amplitude", "N", "unsigned", "It is that of the force.")]
     frequency: Annotated[float, Number("ν", "frequency", "rad s-1", "positive", "It is in rad/s.")]
@@ -628,6 +704,7 @@ class SpectralExcitation(Excitation):
     """
 
     said, glyph, powers = "noise of a given spectral density", "smooth", ("fed",)
+    has_density = True
     instead = {  # noqa: RUF012
         "level": Instead(
             "scale", Number("L", "level above the table", "dB", "signed"), lambda _, dB: 10.0 ** min(0.1 * dB, 99.0)
@@ -860,6 +937,15 @@ class SpectralExcitation(Excitation):
         """Two-sided spectral density per rad/s."""
         return self.one_sided(abs(w) / (2.0 * math.pi)) / (4.0 * math.pi)
 
+    @property
+    def correlated_for(self) -> float:
+        """The inverse of the width of its band."""
+        return 1.0 / (2.0 * math.pi * (self.frequency[-1] - self.frequency[0]))
+
+    def scales(self, stiffness: float = 0.0, share: float = 0.0) -> list[float]:
+        """All points of the table."""
+        return [2.0 * math.pi * f for f in self.frequency]
+
     def white_at(self, *, frequency_hz: float) -> WhiteNoise:
         """The white noise of the same density at a frequency, for a response that is narrow about it.
 
@@ -1089,7 +1175,7 @@ class Force(Excitation):
     """
 
     said, glyph, powers = "force", "sine", ("work",)
-    is_linear, is_thermal, is_odd = False, False, False
+    is_linear, is_thermal, is_odd, is_gaussian = False, False, False, False
 
     function: Callable[[float, float, float], float]
     share: Annotated[
@@ -1146,6 +1232,7 @@ class PoissonImpulses(Excitation):
     """
 
     said, glyph, powers = "poisson impulses", "spikes", ("input",)
+    has_density, is_white, is_gaussian, filter_order = True, True, False, 0
 
     rate: Annotated[float, Number("λ", "rate", "s-1", "positive", "It is the number of impulses per second.")]
     mean_square: Annotated[float, Number("y²", "mean square", "N2 s2", "positive", "It is that of an impulse.")]
@@ -1156,6 +1243,16 @@ class PoissonImpulses(Excitation):
     def intensity(self) -> float:
         """q of the white noise with the same second moments."""
         return self.rate * self.mean_square
+
+    @property
+    def white_intensity(self) -> float:
+        """That q."""
+        return self.intensity
+
+    @property
+    def impulses(self) -> tuple[float, float]:
+        """Its two numbers."""
+        return self.rate, self.mean_square
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -1196,7 +1293,7 @@ class ParametricNoise(Element, Excitation):
     """
 
     said, glyph, powers = "parametric noise", "rough", ("input",)
-    is_linear, factor = False, "x "
+    is_linear, is_gaussian, factor = False, False, "x "
 
     intensity: Annotated[
         float, Number("q", "intensity", "N2 s m-2", "positive", "It is that of the noise that multiplies x.")
@@ -1239,6 +1336,7 @@ class ThermalNoise(Excitation):
     """
 
     said, glyph, powers = "thermal noise", "rough", ("fed",)
+    excites = True
 
     temperature: Annotated[float, Number("kT", "temperature", "J", "positive", "It is kT, an energy.")]
 

@@ -61,6 +61,47 @@ class Law(Protocol):
         """Of a function of the displacement, which takes an array."""
 
 
+class Cycles(Protocol):
+    """Periodic motions of several sizes: what a part is told of them, an array of means over each."""
+
+    @property
+    def v_square(self) -> Any:
+        """Of v^2."""
+
+    @property
+    def v_third(self) -> Any:
+        """Of \\|v\\|^3."""
+
+    @property
+    def v_fourth(self) -> Any:
+        """Of v^4."""
+
+    @property
+    def xv_square(self) -> Any:
+        """Of x^2 v^2."""
+
+
+class Filter(NamedTuple):
+    """Noise as the output of a filter, z' = A z + sqrt(q) b w with white w of intensity 1, and c z.
+
+    Attributes
+    ----------
+    rates : tuple of tuple of float
+        A.
+    output : tuple of float
+        c.
+    driven : int
+        The one state whose b is 1.
+    intensity : float
+        q.
+    """
+
+    rates: tuple[tuple[float, ...], ...]
+    output: tuple[float, ...]
+    driven: int
+    intensity: float
+
+
 _UNMEASURED = (Ends, PointName, Names, Count, GroupName)
 
 _MANY = 100  # numbers of a record
@@ -313,6 +354,8 @@ class Part(Checked):
         How the page draws it.
     powers : tuple of {"inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"}
         What becomes of its power; of two if that depends on its numbers.
+    of_load : {"", "voltage", "current"}
+        Of a circuit, what its load turns into power.
 
     Examples
     --------
@@ -331,6 +374,7 @@ class Part(Checked):
     glyph: ClassVar[str]
     powers: ClassVar[tuple[Power, ...]]
     beside: ClassVar[tuple[str, ...]] = ()  # what else a family of parts must state
+    of_load: ClassVar[Literal["", "voltage", "current"]] = ""
 
     @property
     def is_linear(self) -> bool:
@@ -403,12 +447,93 @@ class Part(Checked):
     @property
     def linear_damping(self) -> float:
         """Of its linear damper, in N s/m."""
-        return 0.0
+        return (*self.damping_coefficients(), 0.0)[0]
+
+    @property
+    def dashpot(self) -> float:
+        """The same, of a springpot of order 1 too."""
+        return self.linear_damping
+
+    @property
+    def has_modulus(self) -> bool:
+        """Whether its force follows from its modulus alone: of a springpot, an arm or a circuit."""
+        return False
+
+    @property
+    def relaxation(self) -> tuple[float, float]:
+        """Weight k and rate r of its modulus where that is k p / (p + r), as of a Maxwell element; 0 of others."""
+        return 0.0, 0.0
+
+    def scales(self, stiffness: float = 0.0, share: float = 0.0) -> list[float]:
+        """Frequencies about which the motion changes by it, beside a stiffness per mass; share is one over the mass."""
+        return []
 
     @property
     def soft_stop(self) -> Any:
         """The contact with its conservative force."""
         return None
+
+    @property
+    def yields(self) -> bool:
+        """Whether it is a spring until it yields."""
+        return False
+
+    # what it does to cycles of the motion, and to a motion of which the law is known
+
+    @property
+    def has_equivalent(self) -> bool:
+        """Whether its force is one of the present elongation and its rate, `force_coefficients` and a damper's."""
+        return False
+
+    def equivalent_damping(self, mean: float, spread: float, speed: float) -> float:
+        """E[w F] / E[w^2] of a damper for a normal elongation, and a normal rate w that is independent of it."""
+        equivalents = 1.0, 2.0 * math.sqrt(2.0 / math.pi) * speed, 3.0 * speed**2
+        return math.fsum(c * each for c, each in zip(self.damping_coefficients(), equivalents, strict=False))
+
+    def force_beside(self, x: Any, v: Any) -> Any:
+        """Of a damper that is no polynomial of v, at displacements and velocities."""
+        return 0.0
+
+    def power_beside(self, cycles: Cycles) -> Any:
+        """The mean power of this force over cycles."""
+        return 0.0
+
+    # what an excitation is
+
+    @property
+    def has_density(self) -> bool:
+        """Whether it is stationary noise with a spectral density."""
+        return False
+
+    @property
+    def is_white(self) -> bool:
+        """Whether this noise has no finite mean square."""
+        return False
+
+    @property
+    def white_intensity(self) -> float:
+        """q of the white noise with its second moments; 0 of noise that is not white."""
+        return 0.0
+
+    @property
+    def impulses(self) -> tuple[float, float]:
+        """How many strike per second, and their mean square; 0 of what is no shot noise."""
+        return 0.0, 0.0
+
+    @property
+    def correlated_for(self) -> float:
+        """The time in which this noise forgets itself, in s."""
+        return 0.0
+
+    @property
+    def excites(self) -> bool:
+        """Whether it is noise that moves a mass at rest."""
+        return self.has_density
+
+    @property
+    def is_gaussian(self) -> bool:
+        """Whether linear motion under it is Gaussian."""
+        return True
 
     # what it does to a motion of which the size and the frequency are known, roughly: for guesses of scales
 
@@ -476,6 +601,10 @@ class Part(Checked):
 
     def force_coefficients(self) -> tuple[float, ...]:
         """Those of what it adds to the force U'(x) = c0 + c1 x + c2 x^2 + ..."""
+        return ()
+
+    def damping_coefficients(self) -> tuple[float, ...]:
+        """Those of what it adds to the damper's force c1 v + c2 v abs(v) + c3 v^3."""
         return ()
 
     def modulus(self, p: Any) -> Any:

@@ -41,7 +41,7 @@ class Springpot(Element):
     """
 
     said, glyph, powers = "springpot", "springpot", ("damping",)
-    is_linear, is_thermal, is_odd = True, True, True
+    is_linear, is_thermal, is_odd, has_modulus = True, True, True, True
 
     order: Annotated[float, Number("α", "order", "1", "order", "It runs from 0 (a spring) to 1 (a dashpot).")]
     coefficient: Annotated[
@@ -122,6 +122,16 @@ class Springpot(Element):
         return (0.0, self.coefficient) if self.order == 0.0 else ()
 
     @property
+    def has_equivalent(self) -> bool:
+        """Whether it is a spring."""
+        return self.order == 0.0
+
+    @property
+    def dashpot(self) -> float:
+        """C of order 1."""
+        return self.coefficient if self.order == 1.0 else 0.0
+
+    @property
     def slow_springpot(self) -> tuple[float, float]:
         """Itself."""
         return self.order, self.coefficient
@@ -133,6 +143,14 @@ class Springpot(Element):
     def fastest_rate(self, law: Law) -> float:
         """C^(1 / (2 - alpha))."""
         return self.coefficient ** (1.0 / (2.0 - self.order)) if self.coefficient > 0.0 else 0.0
+
+    def scales(self, stiffness: float = 0.0, share: float = 0.0) -> list[float]:
+        """Where it holds as much as the mass, and as the springs."""
+        if not self.coefficient > 0.0:
+            return []
+        c = self.coefficient * share
+        crossing = _power_of(stiffness / c, 1.0 / self.order)
+        return [c ** (1.0 / (2.0 - self.order)), min(crossing, math.sqrt(stiffness))]
 
     def measure(self, name: str, frequency: float, resonance: float, own: Part) -> str:
         """Its dimensionless coefficient."""
@@ -153,6 +171,11 @@ class Springpot(Element):
 
         unit = p**self.order
         return [(self.order, self.coefficient * unit * np.log(p)), (self.coefficient, unit)]
+
+
+def _power_of(base: float, power: float) -> float:
+    """A frequency, kept within what matters: so far off, an element is nothing or a spring."""
+    return math.exp(min(max(power * math.log(base), -140.0), 140.0)) if base > 0.0 else 0.0
 
 
 _IN_SERIES = {
@@ -189,7 +212,7 @@ class FractionalMaxwell(Element):
     """
 
     said, glyph, powers = "fractional maxwell", "springpot arm", ("damping",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, True, True, True, True
+    is_linear, remembers, dissipates, is_thermal, is_odd, has_modulus = True, True, True, True, True, True
 
     springpot: Annotated[Springpot, _IN_SERIES]
     spring: Annotated[Spring, {"stiffness": Number("k", "spring", "N m-1")}]
@@ -228,6 +251,22 @@ class FractionalMaxwell(Element):
     def slow_springpot(self) -> tuple[float, float]:
         """That of the springpot."""
         return self.springpot.slow_springpot
+
+    @property
+    def relaxation(self) -> tuple[float, float]:
+        """That of a Maxwell element, where the springpot is a dashpot."""
+        if self.springpot.order < 1.0:
+            return 0.0, 0.0
+        return self.spring.stiffness, self.spring.stiffness / self.springpot.coefficient
+
+    def scales(self, stiffness: float = 0.0, share: float = 0.0) -> list[float]:
+        """Where its spring, its springpot, and the one as much as the other hold."""
+        pot, k = self.springpot, self.spring.stiffness
+        return [
+            math.sqrt(stiffness + k * share),
+            (pot.coefficient * share) ** (1.0 / (2.0 - pot.order)),
+            _power_of(k / pot.coefficient, 1.0 / pot.order),
+        ]
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """Im K(i w) / w."""
@@ -284,7 +323,7 @@ class Maxwell(Element):
     """
 
     said, glyph, powers = "maxwell", "dashpot arm", ("damping",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, True, True, True, True
+    is_linear, remembers, dissipates, is_thermal, is_odd, has_modulus = True, True, True, True, True, True
 
     stiffness: Annotated[
         float, Number("k", "stiffness", "N m-1", "positive", "It is the spring's force per displacement.")
@@ -306,6 +345,15 @@ class Maxwell(Element):
     def slow_springpot(self) -> tuple[float, float]:
         """The dashpot."""
         return 1.0, self.coefficient
+
+    @property
+    def relaxation(self) -> tuple[float, float]:
+        """k and k / c."""
+        return self.stiffness, self.stiffness / self.coefficient
+
+    def scales(self, stiffness: float = 0.0, share: float = 0.0) -> list[float]:
+        """Where its spring holds, and where it begins to."""
+        return [math.sqrt(stiffness + self.stiffness * share), self.stiffness / self.coefficient]
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """Im K(i w) / w."""

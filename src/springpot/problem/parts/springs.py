@@ -37,6 +37,7 @@ class Spring(Element):
 
     said, glyph, powers = "spring", "spring", ("stored",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+    has_equivalent = True
 
     stiffness: Annotated[
         float, Number("k", "stiffness", "N m-1", "signed", "It is the spring's force per displacement.")
@@ -73,7 +74,7 @@ class PolynomialSpring(Element):
     """
 
     said, glyph, powers = "polynomial spring", "spring", ("stored",)
-    remembers, dissipates, is_thermal = False, False, True
+    remembers, dissipates, is_thermal, has_equivalent = False, False, True, True
 
     coefficients: Annotated[tuple[float, ...], Number("k", "x", "N", "signed", per="m")]
 

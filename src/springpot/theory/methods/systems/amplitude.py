@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
+from springpot.problem.parts.springpots import springpot_in
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System, checked_system
 from springpot.theory.decay import memory_decay, stiffness_share
 from springpot.theory.densities import WithLaw
 from springpot.theory.distributions import numbers_only
 from springpot.theory.methods.envelope.balance import Labels
-from springpot.theory.methods.systems.coverage import check_kinds, unheld
+from springpot.theory.methods.systems.coverage import Coverage, unheld
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.result import Moments, moments_of
 
@@ -26,6 +27,10 @@ _REACH = (
     "Averaging of the amplitude covers springs of odd powers that harden, springpots and dashpots, white noise, and "
     "one wall at the equilibrium or none"
 )
+_COVERED = Coverage(
+    _REACH, Spring | PolynomialSpring | Springpot | Dashpot | PolynomialDashpot | Barrier | WhiteNoise,
+    linear=PolynomialDashpot,
+)  # fmt: skip
 _FAR = 45.0  # exponent at which the density ends
 _PANELS = 48
 _ANGLES = 48
@@ -380,26 +385,25 @@ def averaging_amplitude(system: System) -> AmplitudeAveraging:
 def check_covered(system: System) -> _Problem:
     """What the method solves, where it is covered; otherwise `NotCoveredError`."""
     unit = system.per_unit_mass
-    kinds = Spring | PolynomialSpring | Springpot | Dashpot | PolynomialDashpot | Barrier | WhiteNoise
-    check_kinds(unit, _REACH, kinds, linear=PolynomialDashpot)
-    for name, part in unit.named():
-        if isinstance(part, Barrier) and callable(part.restitution):
+    _COVERED.check(unit)
+    for name, wall in unit.walls.items():
+        if callable(wall.restitution):
             raise NotCoveredError(f"{_REACH}, not the restitution of {name}.")
-        if isinstance(part, Barrier) and part.position != 0.0:
-            raise NotCoveredError(f"{_REACH}, not {name} at {part.position:g} m.")
-    walls = unit.of(Barrier)
+        if wall.position != 0.0:
+            raise NotCoveredError(f"{_REACH}, not {name} at {wall.position:g} m.")
+    walls = [*unit.walls.values()]
     if len(walls) > 1:
         raise NotCoveredError(f"{_REACH}, not two walls.")
     coefficients = (*unit.potential.coefficients, 0.0)
     if any(coefficients[::2]) or any(k < 0.0 for k in coefficients):
         raise NotCoveredError(f"{_REACH}; here the springs have even powers, or soften.")
-    pots = [(pot.order, pot.coefficient) for pot in unit.of(Springpot) if pot.dissipates]
+    pots = [(pot.order, pot.coefficient) for part in unit.parts if (pot := springpot_in(part)) and pot.dissipates]
     if unit.damping > 0.0:
         pots.append((1.0, unit.damping))
     return _Problem(
         springs=coefficients[1::2] or (0.0,),
         pots=tuple(pots),
-        intensity=sum(noise.intensity for noise in unit.of(WhiteNoise)),
+        intensity=sum(part.white_intensity for part in unit.parts),
         side=walls[0].inwards if walls else 0.0,
         restitution=slow_restitution(walls[0]) if walls else 1.0,  # a number
     )

@@ -32,7 +32,7 @@ from springpot.problem.parts import (
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
-from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.methods.systems.coverage import Coverage
 from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.simplices import cut, facets_on, integral, simplices_of_box
 from springpot.theory.result import Moments, NoStationaryStateError, moments_of
@@ -41,6 +41,13 @@ _REACH = (
     "The exact law of several masses covers springs, elastic walls and contacts without dissipation, with "
     "ThermalNoise, or with white noise that is to the dashpots as noise of one temperature"
 )
+_MEMORY = Springpot | FractionalMaxwell | Maxwell | Circuit
+_STOPS = Barrier | Contact
+_COVERED = Coverage(
+    _REACH, Mass | Inerter | Point | Spring | PolynomialSpring | Constant | _STOPS | Dashpot | PolynomialDashpot
+    | _MEMORY | ThermalNoise | WhiteNoise,
+    linear=PolynomialDashpot,
+)  # fmt: skip
 _MOST = 3  # coordinates that are integrated over together
 _ROUGH, _FINE = 1e-2, {1: 1e-8, 2: 1e-8, 3: 1e-6}  # between two rules, by coordinates: more than is left of the finer
 _FAR = 36.0  # energy over kT above the least that is left out
@@ -67,18 +74,13 @@ def exact_of_points(system: System) -> Moments | str:
 
 def check_points_covered(system: System) -> Floats | str:
     """kT at each point, or why there is no stationary state; `NotCoveredError` for what is not covered."""
-    memory = Springpot | FractionalMaxwell | Maxwell | Circuit
-    springs = Spring | PolynomialSpring | Constant | Barrier | Contact
-    kinds = Mass | Inerter | Point | springs | Dashpot | PolynomialDashpot | memory | ThermalNoise | WhiteNoise
-    check_kinds(system, _REACH, kinds, linear=PolynomialDashpot)
-    for name, part in system.named():
-        if isinstance(part, Barrier) and not part.is_elastic:
-            raise NotCoveredError(f"{_REACH}, not {name} of restitution {part.law()}.")
+    _COVERED.check(system)
+    _COVERED.check_elastic(system)
     at = system.coordinates
-    elements = system.elements
-    damping = at.sum_of({name: part.linear_damping + _as_dashpot(part) for name, part in elements.items()})
-    white = sum((p.intensity * np.outer(g, g) for p in system.of(WhiteNoise) for g in [at.push(p.on)]), 0.0 * damping)
-    thermal = sum(noise.temperature for noise in system.of(ThermalNoise))
+    elements, parts = system.elements, dict(system.named())
+    damping = at.sum_of({name: part.dashpot for name, part in elements.items()})
+    white = sum((parts[name].white_intensity * np.outer(g, g) for name, g in at.forces.items()), 0.0 * damping)
+    thermal = system.thermal.temperature if system.thermal else 0.0
     found = np.zeros(len(at.masses))
     joined = sum((np.outer(np.abs(row), np.abs(row)) for row in at.elongations.values()), np.abs(at.mass))
     for own in _groups(joined > 0.0):
@@ -103,10 +105,6 @@ def check_points_covered(system: System) -> Floats | str:
     if cold := [point for point, hot in zip(at.names, found, strict=True) if not hot > 0.0]:
         return f"There is no random stationary state: nothing excites the motion of {listed(cold)}."
     return found
-
-
-def _as_dashpot(part: Any) -> float:
-    return part.coefficient if isinstance(part, Springpot) and part.order == 1.0 else 0.0
 
 
 def _groups(joined: NDArray[np.bool_]) -> Iterator[NDArray[np.intp]]:
@@ -284,8 +282,8 @@ def _moments(system: System, temperatures: Floats) -> Moments:
     whole = _Law(
         ways.T @ stiffness @ ways,
         ways.T @ force,
-        tuple((row, 0.0, _curve(part, hot[name])) for name, part, row in seen if not isinstance(part, Barrier)),
-        tuple((part.inwards * row, part.inwards * part.position) for _, part, row in seen if isinstance(part, Barrier)),
+        tuple((row, 0.0, _curve(part, hot[name])) for name, part, row in seen if name not in system.walls),
+        tuple((part.inwards * row, part.inwards * part.position) for name, part, row in seen if name in system.walls),
     )
     v_spread = np.linalg.inv(at.mass) * temperatures
     mean, covariance = np.zeros(len(rows)), np.zeros((len(rows), len(rows)))
@@ -298,7 +296,7 @@ def _moments(system: System, temperatures: Floats) -> Moments:
                 f"{listed([name for name, *_ in here])}: `simulate` starts from this law."
             )
         law, stops = whole.of_block(own), [each for each in here if each[0] in system.stops]
-        soft = {name: _push(part, row) for name, part, row in stops if isinstance(part, Contact)}
+        soft = {name: _push(part, row) for name, part, row in stops if name in system.contacts}
         solved = _solved(law, [*soft.values()])
         mean[own], covariance[np.ix_(own, own)] = solved.mean, solved.covariance
         pushes = dict(zip(soft, solved.means.tolist(), strict=True))
@@ -318,12 +316,12 @@ def _moments(system: System, temperatures: Floats) -> Moments:
 
 def _curve(part: Any, hot: float) -> Potential:
     """The energy over kT of a nonlinear spring without its linear part, or of a contact."""
-    contacts = (replace(part, stiffness=part.stiffness / hot),) if isinstance(part, Contact) else ()
+    contacts = () if part.soft_stop is None else (replace(part.soft_stop, stiffness=part.soft_stop.stiffness / hot),)
     return Potential((0.0, 0.0, *(k / hot for k in part.force_coefficients()[2:])), contacts)
 
 
 def _is_bent(part: Any) -> bool:
-    return isinstance(part, Barrier | Contact) or part.is_bent
+    return "stop" in part.powers or part.is_bent
 
 
 def _push(contact: Contact, row: Floats) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,8 @@ from numpy.polynomial import legendre
 
 from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.parts import FractionalMaxwell, Maxwell, PiezoelectricCircuit, Springpot
+from springpot.problem.parts import ParametricNoise, Springpot
+from springpot.problem.parts.registration import Element
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.theory.numerics.panels import panel_rule
@@ -69,10 +70,25 @@ class Problem:
     potential: Potential
     origin: float
     damping: float
-    elements: tuple[Springpot | FractionalMaxwell | Maxwell, ...]
-    circuits: tuple[PiezoelectricCircuit, ...]
+    elements: tuple[Element, ...]
+    circuits: tuple[Element, ...]
     unit: System
     field: Field = Field()
+
+    @cached_property
+    def white(self) -> float:
+        """The intensity of white noise on the mass, impulses too."""
+        return sum((part.white_intensity for part in self.unit.parts), 0.0)
+
+    @cached_property
+    def temperature(self) -> float:
+        """kT of matched noise; 0 without."""
+        return self.unit.thermal.temperature if self.unit.thermal else 0.0
+
+    @cached_property
+    def multiplied(self) -> float:
+        """The intensity of the noise that multiplies x."""
+        return sum((noise.intensity for noise in self.unit.of(ParametricNoise)), 0.0)
 
     @property
     def walls(self) -> int:

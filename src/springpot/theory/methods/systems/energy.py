@@ -28,7 +28,7 @@ from springpot.problem.parts import (
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
-from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.methods.systems.coverage import Coverage
 from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.numerics.polynomials import roots_of
 from springpot.theory.problem import Units
@@ -43,7 +43,16 @@ _ROUNDS = 60  # of halving the panels that are not fine enough
 _SETTLED = 1e-13
 _WORTH_A_WARNING = 1e-8
 _TOO_MUCH = 1e-2
+_REACH = (
+    "The exact law covers springs, elastic walls and contacts without dissipation, with dashpots and white noise, or "
+    "with ThermalNoise"
+)
 _KEPT = Spring | PolynomialSpring | Constant | Barrier | Contact  # parts that only shape the potential
+_MEMORY = Springpot | FractionalMaxwell | Maxwell | Circuit
+_THERMAL = Coverage(
+    _REACH, _KEPT | Dashpot | PolynomialDashpot | _MEMORY | ThermalNoise | WhiteNoise, linear=PolynomialDashpot
+)
+_WHITE = Coverage(_REACH, _KEPT | Dashpot | PolynomialDashpot | VanDerPol | Springpot | WhiteNoise)
 
 
 @dataclass(frozen=True)
@@ -151,27 +160,17 @@ def exact_law(system: System) -> tuple[Moments | str, EnergyLaw | None, tuple[st
     return _moments(system, law), law, _rounding_warnings(law)
 
 
-_REACH = (
-    "The exact law covers springs, elastic walls and contacts without dissipation, with dashpots and white noise, or "
-    "with ThermalNoise"
-)
-
-
 def check_law_covered(system: System) -> tuple[float, float] | str:
     """The coefficients of g, or why there is no stationary state; `NotCoveredError` for what is not covered."""
     unit = system.per_unit_mass
-    for name, part in unit.named():
-        if isinstance(part, Barrier) and not part.is_elastic:
-            raise NotCoveredError(f"{_REACH}, not {name} of restitution {part.law()}.")
-    return _thermal(unit) if unit.of(ThermalNoise) else _white(unit)
+    _WHITE.check_elastic(unit)
+    intensity = sum(part.white_intensity for part in unit.parts)
+    return _thermal(unit, unit.thermal.temperature, intensity) if unit.thermal else _white(unit, intensity)
 
 
-def _thermal(unit: System) -> tuple[float, float]:
+def _thermal(unit: System, temperature: float, intensity: float) -> tuple[float, float]:
     """1 / kT, and 0: Boltzmann's law."""
-    elements = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | Circuit
-    check_kinds(unit, _REACH, _KEPT | elements | ThermalNoise | WhiteNoise, linear=PolynomialDashpot)
-    temperature = unit.of(ThermalNoise)[0].temperature
-    intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
+    _THERMAL.check(unit)
     memory = [name for name, part in unit.named() if part.remembers]
     if intensity > 0.0 and memory:
         raise NotCoveredError(f"{_REACH}, not white noise beside it with {memory[0]}.")
@@ -184,33 +183,30 @@ def _thermal(unit: System) -> tuple[float, float]:
     return 1.0 / heated, 0.0
 
 
-def _white(unit: System) -> tuple[float, float] | str:
-    """The coefficients of g: of a dashpot, or of damping that depends on the energy."""
-    pumps = unit.of(VanDerPol)
-    check_kinds(unit, _REACH, _KEPT | Dashpot | PolynomialDashpot | VanDerPol | Springpot | WhiteNoise)
-    for name, part in unit.named():
-        if isinstance(part, PolynomialDashpot) and not part.is_linear and (not pumps or part.coefficients[1] != 0.0):
+def _white(unit: System, intensity: float) -> tuple[float, float] | str:
+    """The coefficients of g: of a dashpot, or of a VanDerPol with a cubic damper, which depends on the energy."""
+    _WHITE.check(unit)
+    pumps, dampers = unit.of(VanDerPol), [(*part.damping_coefficients(), 0.0, 0.0, 0.0)[:3] for part in unit.parts]
+    for (name, part), (_, square_one, cubic) in zip(unit.named(), dampers, strict=True):
+        if square_one != 0.0 or (cubic != 0.0 and not pumps):
             raise NotCoveredError(f"{_REACH}, not the nonlinear {name}.")
-        if isinstance(part, Springpot) and part.remembers:
+        if part.remembers:
             raise NotCoveredError(f"{_REACH}, not {name} of order {part.order:g} without ThermalNoise.")
-    intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
     if not intensity > 0.0:
         return "There is no random stationary state: nothing excites the motion."
     feed = sum(pump.coefficient * pump.length**2 for pump in pumps)
     mu = sum(pump.coefficient for pump in pumps)
     linear, square = 2.0 / intensity * (unit.dashpots - feed), 0.0
     if pumps:
-        _check_rayleigh(unit, mu)
+        _check_rayleigh(unit.potential, mu, sum(cubic for *_, cubic in dampers))
         square = 2.0 / intensity * mu / unit.potential.coefficients[1]
     if not (linear > 0.0 or square > 0.0):
         return "There is no stationary state: nothing dissipates energy, so it grows without end."
     return linear, square
 
 
-def _check_rayleigh(unit: System, mu: float) -> None:
+def _check_rayleigh(potential: Potential, mu: float, cubic: float) -> None:
     """Van der Pol's damping is a function of the energy with the cubic damper that completes it."""
-    potential, dampers = unit.potential, unit.of(PolynomialDashpot)
-    cubic = sum(part.coefficients[2] for part in dampers if len(part.coefficients) > 2)
     linear_spring = len(potential.coefficients) == 2 and potential.coefficients[1] > 0.0
     if not linear_spring or potential.coefficients[0] != 0.0 or potential.contacts:
         raise NotCoveredError(
@@ -326,11 +322,13 @@ def _moments(system: System, law: EnergyLaw) -> Moments:
     x_mean, x_square = law.origin + shift, law.origin * (law.origin + 2.0 * shift) + square
     v_square = float(2.0 * weights @ law.speed_integral(2, u)) / law.total
     hits: list[tuple[float, ...]] = []
-    for there, wall in zip(law.walls, system.stops.values(), strict=True):
+    for there, name in zip(law.walls, system.stops, strict=True):
         flux, first, second = (float(law.speed_integral(power, there)[0]) for power in (1, 2, 3))
         speeds = (first / flux, second / flux) if flux > 0.0 else (math.nan, math.nan)
-        depth = np.maximum(wall.inwards * (wall.position - law.origin - law.places), 0.0)
-        force = [float(at @ (wall.stiffness * depth**wall.exponent))] if isinstance(wall, Contact) else []
+        force = []
+        if contact := system.contacts.get(name):
+            depth = np.maximum(contact.inwards * (contact.position - law.origin - law.places), 0.0)
+            force = [float(at @ (contact.stiffness * depth**contact.exponent))]
         hits.append((flux / law.total, *speeds, *force))
     return moments_of(system, [(x_mean, x_square, v_square)], hits=hits)
 

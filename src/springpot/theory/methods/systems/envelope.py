@@ -41,7 +41,7 @@ from springpot.problem.system import System, checked_system
 from springpot.theory.forms import form_of
 from springpot.theory.methods.envelope.balance import Labels, slow_line
 from springpot.theory.methods.envelope.method import Envelope, check_paper_covered, envelope_of_paper
-from springpot.theory.methods.systems.coverage import check_kinds, unheld
+from springpot.theory.methods.systems.coverage import Coverage, unheld
 from springpot.theory.methods.systems.cycles import (
     COARSE,
     FINE,
@@ -79,7 +79,9 @@ _ELEMENTS = (
     Spring | PolynomialSpring | Dashpot | PolynomialDashpot | VanDerPol | Springpot | FractionalMaxwell | Maxwell
 )
 _NOISES = WhiteNoise | ColoredNoise | KanaiTajimiNoise | PoissonImpulses | ParametricNoise | ThermalNoise
-_COVERED = Mass | Inerter | Point | _ELEMENTS | PiezoelectricCircuit | Barrier | Contact | Constant | _NOISES
+_COVERED = Coverage(
+    REACH, Mass | Inerter | Point | _ELEMENTS | PiezoelectricCircuit | Barrier | Contact | Constant | _NOISES
+)
 
 
 @dataclass(frozen=True)
@@ -111,11 +113,11 @@ class _Rates:
 def _rates(problem: Problem, cycles: Cycles) -> _Rates:
     unit = problem.unit
     loss = problem.damping * cycles.v_square
-    for part in unit.of(PolynomialDashpot):
-        for c, mean in zip(part.coefficients[1:], (cycles.v_third, cycles.v_fourth), strict=False):
+    for part in unit.parts:
+        for c, mean in zip(part.damping_coefficients()[1:], (cycles.v_third, cycles.v_fourth), strict=False):
             loss = loss + c * mean
-    for pump in unit.of(VanDerPol):
-        loss = loss + pump.coefficient * (cycles.xv_square - pump.length**2 * cycles.v_square)
+    for part in unit.parts:
+        loss = loss + part.power_beside(cycles)
     memory, electric = np.zeros_like(loss), np.zeros_like(loss)
     action = cycles.period * cycles.v_square
     if problem.remembers:
@@ -123,20 +125,19 @@ def _rates(problem: Problem, cycles: Cycles) -> _Rates:
         electric = 0.5 * cycles.sum_over(lambda n, w: w * problem.electric(1j * w).imag)
         action = action - 0.5 * math.pi * cycles.sum_over(lambda n, w: n * _slope(problem, w))
     kinetic = problem.damping * cycles.v_square + memory
-    spread = 2.0 * sum(noise.temperature for noise in unit.of(ThermalNoise)) * kinetic
-    white = sum(n.intensity for n in unit.of(WhiteNoise)) + sum(n.intensity for n in unit.of(PoissonImpulses))
-    spread = spread + white * cycles.v_square
-    spread = spread + sum(noise.intensity for noise in unit.of(ParametricNoise)) * cycles.xv_square
-    densities = *(n.density for n in unit.of(ColoredNoise)), *(n.density for n in unit.of(KanaiTajimiNoise))
-    for density in (np.vectorize(each, otypes=[float]) for each in densities):
+    spread = 2.0 * problem.temperature * kinetic
+    spread = spread + problem.white * cycles.v_square
+    spread = spread + problem.multiplied * cycles.xv_square
+    colored = [part for part in unit.parts if part.has_density and not part.is_white]
+    colored.sort(key=lambda noise: noise.filter_order)  # the last bit of a sum depends on its order
+    for density in (np.vectorize(noise.density, otypes=[float]) for noise in colored):
         spread = spread + math.pi * cycles.sum_over(lambda n, w, density=density: w * w * density(w))
     loss, struck = loss + memory, []
     taken = loss
-    for wall in unit.stops.values():
-        place = wall.position - problem.origin
-        speed = speed_at(problem, cycles, place)
+    for name, stop in unit.stops.items():
+        speed = speed_at(problem, cycles, stop.position - problem.origin)
         struck.append(speed)
-        if isinstance(wall, Barrier):
+        if wall := unit.walls.get(name):
             r, before = after_impact(problem, wall, speed, loss, cycles)
             taken = taken + 0.5 * before * np.nan_to_num(speed) ** 2 * (1.0 - r**2) / cycles.period
     return _Rates(taken, spread, action, electric, tuple(struck), loss)
@@ -196,7 +197,7 @@ def _range(problem: Problem, ladder: Ladder) -> tuple[float, float, float] | str
 
 def _law(problem: Problem) -> _Law | str:
     """The stationary law, with the mean field that it makes itself where the two can be found together."""
-    if not problem.pots or problem.unit.of(ThermalNoise):  # matched noise balances the broadened lines too
+    if not problem.pots or problem.temperature > 0.0:  # matched noise balances the broadened lines too
         return _law_in(problem)
     first, second = (_law_in, _law_in_its_field) if problem.walls == 2 else (_law_in_its_field, _law_in)
     try:
@@ -264,7 +265,7 @@ def _law_in(problem: Problem, size: tuple[int, int] = FINE, like: _Law | None = 
     ladder = ladder_of(problem)
     found = like.range if like else _range(problem, ladder)
     if isinstance(found, str):
-        if problem.unit.of(ParametricNoise):
+        if problem.multiplied > 0.0:
             return "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
         return "There is no stationary state: nothing dissipates energy, so it grows without end."
     low, high, typical = found
@@ -417,11 +418,11 @@ def envelope_of_system(system: System) -> Result:
 
 def _check_rest(unit: System, bottom: float) -> None:
     """A mass that a smooth force lifts now and then from a wall on which it rests does not go round in cycles."""
-    for name, part in unit.named():
-        if not isinstance(part, Barrier) or slow_restitution(part) == 1.0 or not is_smooth(unit):
+    for name, wall in unit.walls.items():
+        if slow_restitution(wall) == 1.0 or not is_smooth(unit):
             continue
-        pressing = float(unit.potential.force(part.position)) * part.inwards
-        if part.position == bottom and pressing > 0.0:
+        pressing = float(unit.potential.force(wall.position)) * wall.inwards
+        if wall.position == bottom and pressing > 0.0:
             raise NotCoveredError(
                 f"{REACH}; here the mass comes to rest on {name}, which is lossy and on which it is pressed, and a "
                 "smooth force lifts it now and then."
@@ -431,16 +432,15 @@ def _check_rest(unit: System, bottom: float) -> None:
 def check_system_covered(system: System) -> Problem | str:
     """What is solved, or why there is no stationary state; `NotCoveredError` for what is not covered."""
     unit = system.per_unit_mass
-    check_kinds(unit, REACH, _COVERED)
-    noises = unit.of(WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ThermalNoise)
-    if all(isinstance(noise, WhiteNoise) and noise.intensity == 0.0 for noise in noises):
+    _COVERED.check(unit)
+    if not any(part.excites for part in unit.parts):
         return "There is no random stationary state: nothing excites the motion."
     if not unit.potential.holds():
         return unheld(unit.elements.values(), "no spring or wall holds the mass on one side")
     problem = _problem(unit)
-    if problem.remembers and not np.any(unit.potential.coefficients) and not unit.of(Contact):
+    if problem.remembers and not np.any(unit.potential.coefficients) and not unit.potential.contacts:
         raise NotCoveredError(f"{REACH}; with memory it needs a spring or a force to hold a small cycle in its place.")
-    if unit.of(ThermalNoise) and not problem.remembers and not problem.damping > 0.0:
+    if problem.temperature > 0.0 and not problem.remembers and not problem.damping > 0.0:
         raise NotCoveredError(
             "ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit."
         )
@@ -454,12 +454,8 @@ def _problem(unit: System) -> Problem:
         potential=unit.potential.seen_from(origin),
         origin=origin,
         damping=unit.dashpots,
-        elements=(
-            *(pot for pot in unit.of(Springpot) if pot.remembers),
-            *unit.of(FractionalMaxwell),
-            *unit.of(Maxwell),
-        ),
-        circuits=unit.of(PiezoelectricCircuit),
+        elements=tuple(part for part in unit.parts if part.remembers and not part.of_load),
+        circuits=tuple(part for part in unit.parts if part.of_load),
         unit=unit,
     )
 
@@ -510,18 +506,18 @@ def _moments(system: System, problem: Problem, law: _Law) -> Moments:
     hits = hits_on_walls(problem, cycles, law.labels, law.weight, law.plane, rates.struck, rates.damped)
     spread, hits = with_sudden_losses(problem, cycles, law.weight, rates.struck, rates.damped, spread, hits)
     x_square = problem.origin * (problem.origin + 2.0 * spread.mean) + spread.x_square
-    harvests = problem.circuits and not problem.unit.of(ThermalNoise)
+    harvests = problem.circuits and problem.temperature == 0.0
     power = law.average(rates.electric) * system.inertia if harvests else None
     return moments_of(system, [(problem.origin + spread.mean, x_square, spread.v_square)], (), hits, power)
 
 
 def _is_exact(problem: Problem) -> bool:
     """Whether the density depends on the energy alone: linear dampers, white noise and elastic walls."""
-    unit = problem.unit
-    bent = any(not part.is_linear for part in unit.of(PolynomialDashpot)) or unit.of(VanDerPol)
-    other = unit.of(ColoredNoise, KanaiTajimiNoise, ParametricNoise, PoissonImpulses)
-    lossy = any(not wall.is_elastic for wall in unit.of(Barrier))
-    return not (problem.remembers or bent or other or lossy)
+    parts = problem.unit.parts
+    rough = any(part.is_rough for part in parts)
+    lossy = any(not wall.is_elastic for wall in problem.unit.walls.values())
+    other = any(not part.is_gaussian or (part.has_density and not part.is_white) for part in parts)
+    return not (problem.remembers or rough or other or lossy)
 
 
 def _warnings(problem: Problem, law: _Law) -> Iterator[str]:
@@ -533,9 +529,7 @@ def _warnings(problem: Problem, law: _Law) -> Iterator[str]:
     yield from endless_walls(unit, lambda wall: is_endless(unit, wall))
     decay = law.average(rates.loss) / law.average(cycles.energy)
     for name, part in unit.named():
-        if isinstance(part, ColoredNoise | KanaiTajimiNoise):
-            slow = part.correlation_time if isinstance(part, ColoredNoise) else 1.0 / (part.damping * part.frequency)
-            if slow * decay > _STRONG:
-                yield f"{name} remembers longer than the energy does: its work is not that of a short correlation."
-        if isinstance(part, PoissonImpulses) and 0.5 * part.mean_square > 0.1 * law.average(cycles.energy):
+        if part.correlated_for * decay > _STRONG:
+            yield f"{name} remembers longer than the energy does: its work is not that of a short correlation."
+        if 0.5 * part.impulses[1] > 0.1 * law.average(cycles.energy):
             yield f"The impulses of {name} are so rare that the energy jumps: here they act as white noise."

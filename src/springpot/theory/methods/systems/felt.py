@@ -13,7 +13,6 @@ import numpy as np
 from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
 from springpot.problem.felt import felt_in
-from springpot.problem.parts import PoissonImpulses, WhiteNoise
 from springpot.problem.system import System
 
 _NOTHING = 1e-12  # of what moves with the ground, of an acceleration without a white part
@@ -104,7 +103,7 @@ def felt_mean_square(system: System, companion: Any, of: str) -> float:
     """The mean square of a force or an absolute acceleration."""
     felt = _Felt(system, companion, of)
     for noise in companion.noises:
-        if isinstance(noise, WhiteNoise | PoissonImpulses) and felt.direct(noise) != 0.0:
+        if noise.is_white and felt.direct(noise) != 0.0:
             raise NotCoveredError(
                 f"{system.name_of(noise)} acts on the mass itself, so that its acceleration has no finite mean square."
             )

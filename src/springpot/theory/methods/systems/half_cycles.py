@@ -26,7 +26,7 @@ from springpot.problem.system import System, checked_system
 from springpot.theory.densities import WithLaw
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.impacts import Impacts, with_short_returns
-from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.methods.systems.coverage import Coverage
 from springpot.theory.methods.systems.half_cycle_chain import (
     FASTEST,
     MOST_CELLS,
@@ -41,6 +41,12 @@ from springpot.theory.methods.systems.linear import linear
 from springpot.theory.result import Moments, moments_of
 
 _REACH = "The half cycles cover two rigid walls, one on each side of the equilibrium 0"
+_COVERED = Coverage(
+    f"{_REACH}, linear springs and cubic ones that harden, dashpots, springpots and white noise",
+    Spring | PolynomialSpring | Dashpot | PolynomialDashpot | Springpot | Barrier | WhiteNoise,
+    linear=PolynomialDashpot,
+    nonlinear="",
+)
 _REACHED = FASTEST - 0.5  # the fastest states that are resolved, in standard deviations of the speed without walls
 _ROUNDS, _SETTLED = 200, 1e-9  # of the linear spring with the mean square of a hardening one
 _NEAREST = 0.45  # of the walls, where springpots remember
@@ -125,7 +131,7 @@ class HalfCycles(WithLaw[tuple[Chain, _Scales]]):
         """
         chain, scales = self._stationary_law()
         u = real_array(speed, "speed") / scales.speed
-        walls = dict(zip(self.system.stops, self.system.of(Barrier), strict=True))
+        walls = self.system.walls
         found = _impacts(chain, walls[known_word(wall, walls, "wall")], scales)
         if found is None or not found.speeds.size:
             raise ValueError(f"wall {shown(wall)} has no density of speeds: it is struck never, or infinitely often.")
@@ -185,7 +191,7 @@ def half_cycles(system: System) -> HalfCycles:
     law = None
     stationary: Moments | str
     warnings: tuple[str, ...] = ()
-    if not sum(noise.intensity for noise in unit.of(WhiteNoise)) > 0.0:
+    if not any(part.excites for part in unit.parts):
         stationary = "There is no random stationary state: nothing excites the motion."
     else:
         linear_part, scales = _motion_without_walls(unit)
@@ -217,10 +223,8 @@ def check_covered(system: System) -> tuple[Barrier, Barrier]:
         Where it is not.
     """
     unit = system.per_unit_mass
-    kinds = Spring | PolynomialSpring | Dashpot | PolynomialDashpot | Springpot | Barrier | WhiteNoise
-    parts = "linear springs and cubic ones that harden, dashpots, springpots and white noise"
-    check_kinds(unit, f"{_REACH}, {parts}", kinds, linear=PolynomialDashpot, nonlinear="")
-    walls = unit.of(Barrier)
+    _COVERED.check(unit)
+    walls = [*unit.walls.values()]
     below = [wall for wall in walls if wall.free_side == "above" and wall.position < 0.0]
     above = [wall for wall in walls if wall.free_side == "below" and wall.position > 0.0]
     if len(walls) != 2 or not (below and above):
@@ -231,7 +235,7 @@ def check_covered(system: System) -> tuple[Barrier, Barrier]:
         raise NotCoveredError(
             f"{_REACH}, and linear springs and cubic ones that harden; here the springs are different."
         )
-    if not any(pot.dissipates for pot in unit.of(Springpot)) and not unit.damping > 0.0:
+    if not any(part.dissipates and "damping" in part.powers for part in unit.parts):
         raise NotCoveredError(f"{_REACH} with a dashpot or springpot; here there is none.")
     if not coefficients[1] > 0.0:
         raise NotCoveredError(f"{_REACH} and a linear spring that draws the mass there; here there is none.")
@@ -245,9 +249,8 @@ def _motion_without_walls(unit: System) -> tuple[HardSpring, _Scales]:
     """
     coefficients = (*unit.potential.coefficients, *[0.0] * 4)
     stiffness, cubic = coefficients[1], coefficients[3]
-    q = float(sum(noise.intensity for noise in unit.of(WhiteNoise)))
-    pots = [pot for pot in unit.of(Springpot) if pot.order > 0.0]  # those of order 0 are in the potential
-    others = (*pots, *unit.of(Dashpot, PolynomialDashpot))
+    q = float(sum(part.white_intensity for part in unit.parts))
+    others = [part for part in unit.parts if "damping" in part.powers and not part.force_coefficients()]
     square: float = 0.0
     for _ in range(_ROUNDS):
         spring = Spring(float(stiffness + 3.0 * cubic * square))
@@ -268,9 +271,7 @@ def _problem(unit: System, lower: Barrier, upper: Barrier, spring: HardSpring, s
         spring=spring,
         damping=scales.damping / w,
         memory=tuple(
-            Springpot(pot.order, float(pot.coefficient * w ** (pot.order - 2.0)))
-            for pot in unit.of(Springpot)
-            if pot.remembers
+            Springpot(pot.order, float(pot.coefficient * w ** (pot.order - 2.0))) for pot in unit.parts if pot.remembers
         ),
         upper=_stop(upper, scales),
         lower=_stop(lower, scales),
@@ -303,7 +304,7 @@ def _moments(system: System, chain: Chain, scales: _Scales) -> Moments:
     x_square = scales.length**2 * per_time * chain.total(lambda stage: stage.flights.second)
     v_square = scales.speed**2 * per_time * chain.total(lambda stage: stage.flights.action)
     hits, far = [], {}
-    for name, wall in zip(system.stops, system.of(Barrier), strict=True):
+    for name, wall in system.walls.items():
         found = _impacts(chain, wall, scales)
         if found is None:
             hits.append((math.nan, math.nan, math.nan))

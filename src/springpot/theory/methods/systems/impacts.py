@@ -18,15 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from springpot.machine.arrays import Floats
-from springpot.problem.parts import (
-    Barrier,
-    ColoredNoise,
-    KanaiTajimiNoise,
-    ParametricNoise,
-    PoissonImpulses,
-    ThermalNoise,
-    WhiteNoise,
-)
+from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
@@ -65,9 +57,8 @@ def after_impact(
     impact have that of ``speed`` as their mean.
     """
     if not callable(wall.restitution):
-        walls = len(problem.unit.of(Barrier))
         damping = np.maximum(damped / np.maximum(cycles.v_square, 1e-300), 0.0)
-        return wall.restitution, before_impact(np.nan_to_num(damping * cycles.period / walls), wall.restitution)
+        return wall.restitution, before_impact(np.nan_to_num(damping * cycles.period / problem.walls), wall.restitution)
     known = np.nan_to_num(speed)
     r = restitutions(wall, known)
     for _ in range(_REBOUNDS):
@@ -84,8 +75,8 @@ def restitutions(wall: Barrier, speed: Floats) -> Floats:
 
 def endless_walls(system: System, endless: Callable[[Barrier], bool]) -> Iterator[str]:
     """What is said of each wall that is struck infinitely often."""
-    for name, part in system.stops.items():
-        if isinstance(part, Barrier) and endless(part):
+    for name, wall in system.walls.items():
+        if endless(wall):
             yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."
 
 
@@ -113,26 +104,25 @@ def hits_on_walls(
         The power that is lost without impacts.
     """
     unit, found = problem.unit, []
-    intensity = sum(n.intensity for n in unit.of(WhiteNoise)) + sum(n.intensity for n in unit.of(PoissonImpulses))
     reached = np.sum([np.isfinite(speed) for speed in struck], axis=0)
-    for wall, speed in zip(unit.stops.values(), struck, strict=True):
-        before = np.ones_like(speed)
-        if isinstance(wall, Barrier):
+    for name, speed in zip(unit.stops, struck, strict=True):
+        wall, before = unit.walls.get(name), np.ones_like(speed)
+        if wall:
             _, before = after_impact(problem, wall, speed, damped, cycles)
         fast = np.sqrt(before) * np.nan_to_num(speed)
         often = np.isfinite(speed) / cycles.period
         rate, first, second = (float(each @ (often * fast**n)) for n, each in enumerate((plane, weight, weight)))
         if not rate > 0.0:
             found.append(Hits(rate, math.nan, math.nan))
-        elif isinstance(wall, Barrier) and is_endless(unit, wall):
+        elif wall and is_endless(unit, wall):
             found.append(Hits(math.nan, math.nan, math.nan))
-        elif not isinstance(wall, Barrier) or wall.is_elastic or not intensity > 0.0:
+        elif not wall or wall.is_elastic or not problem.white > 0.0:
             found.append(Hits(rate, first / rate, second / rate))
         else:
             part = _SHORT if len(struck) == 1 else _SHORT_UNCORRECTED
             short = part * cycles.period / np.maximum(reached, 1)
             flux = plane / labels.weights.ravel() * often, labels.derivative(fast)
-            found.append(_with_short_returns(wall, speed, fast, flux, short, intensity, (rate, first, second)))
+            found.append(_with_short_returns(wall, speed, fast, flux, short, problem.white, (rate, first, second)))
     return found
 
 
@@ -183,9 +173,9 @@ def with_sudden_losses(
         What is corrected.
     """
     unit = problem.unit
-    walls = tuple(unit.stops.values())
-    noises = unit.of(ColoredNoise, KanaiTajimiNoise, ParametricNoise, ThermalNoise)
-    if len(walls) != 1 or not isinstance(walls[0], Barrier) or walls[0].is_elastic or noises or is_smooth(unit):
+    walls = tuple(unit.walls.values())
+    other = problem.temperature or problem.multiplied or any(part.correlated_for for part in unit.parts)
+    if len(unit.stops) != 1 or not walls or walls[0].is_elastic or other or is_smooth(unit):
         return spread, hits
     wall, speed = walls[0], np.nan_to_num(struck[0])
     often = weight * np.isfinite(struck[0]) / cycles.period
@@ -239,5 +229,4 @@ def is_endless(unit: System, wall: Barrier) -> bool:
 
 def is_smooth(unit: System) -> bool:
     """Whether the excitation has no jumps in the momentum."""
-    white = any(noise.intensity > 0.0 for noise in unit.of(WhiteNoise))
-    return not white and not unit.of(PoissonImpulses) and not unit.of(ThermalNoise)
+    return unit.thermal is None and not any(part.white_intensity > 0.0 for part in unit.parts)

@@ -29,12 +29,10 @@ from springpot.problem.parts import (
     Mass,
     Maxwell,
     ParametricNoise,
-    PiezoelectricCircuit,
     Point,
     PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
-    ResonantCircuit,
     SpectralExcitation,
     Spring,
     Springpot,
@@ -45,7 +43,7 @@ from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element
 from springpot.problem.parts.springpots import order_at_rest, springpot_in
 from springpot.problem.system import System, checked_system
-from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.methods.systems.coverage import Coverage
 from springpot.theory.methods.systems.felt import felt_mean, felt_mean_square, felt_spectrum
 from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.frequencies import integrals, resonances
@@ -53,13 +51,19 @@ from springpot.theory.result import Moments, Result, moments_of
 
 Density = Callable[[float], float]
 
-_REACH = "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts"
 _LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
 _ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
 _FAR = 1e6  # of the largest frequency: there a spectral density has its last slope
 _GROWS = "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
-_NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, PoissonImpulses, SpectralExcitation)
-Noise = WhiteNoise | ColoredNoise | KanaiTajimiNoise | CloughPenzienNoise | PoissonImpulses | SpectralExcitation
+_MEMORY = Springpot | FractionalMaxwell | Maxwell | Circuit
+_NOISES = WhiteNoise | ColoredNoise | KanaiTajimiNoise | CloughPenzienNoise | PoissonImpulses | SpectralExcitation
+_COVERED = Coverage(
+    "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts",
+    Mass | Inerter | Point | Spring | PolynomialSpring | Dashpot | PolynomialDashpot | _MEMORY | _NOISES | Constant
+    | Harmonic | ParametricNoise | ThermalNoise,
+    linear=PolynomialSpring | PolynomialDashpot,
+    nonlinear="",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,9 +96,9 @@ class Companion:
     mass: Floats
     stiffness: Floats
     damping: Floats
-    elements: tuple[Springpot | FractionalMaxwell | Maxwell, ...]
+    elements: tuple[Element, ...]
     circuits: tuple[Circuit, ...]
-    noises: tuple[Noise, ...]
+    noises: tuple[Any, ...]
     temperature: float
     harmonics: tuple[Harmonic, ...]
     force: Floats
@@ -227,16 +231,9 @@ class Companion:
         for element in (*self.elements, *self.circuits):
             share = self._share(element)
             for square in squares:
-                found += _scales_of(element, square, share)
+                found += element.scales(square, share)
         for noise in self.noises:
-            if isinstance(noise, ColoredNoise):
-                found.append(1.0 / noise.correlation_time)
-            elif isinstance(noise, KanaiTajimiNoise):
-                found.append(noise.frequency)
-            elif isinstance(noise, CloughPenzienNoise):
-                found += [noise.frequency, noise.base_frequency]
-            elif isinstance(noise, SpectralExcitation):  # the integrals are cut at every point of the table
-                found += [2.0 * math.pi * f for f in noise.frequency]
+            found += noise.scales()
         return [scale for scale in found if scale > 0.0]
 
     def _squares(self, matrix: Any) -> list[float]:
@@ -256,7 +253,7 @@ class Companion:
     @property
     def lossy(self) -> list[Element]:
         """The elements and circuits that take energy."""
-        return [each for each in (*self.elements, *self.circuits) if not isinstance(each, Springpot) or each.dissipates]
+        return [each for each in (*self.elements, *self.circuits) if each.dissipates]
 
 
 def _flat(intensity: float) -> Density:
@@ -274,35 +271,8 @@ def _wide(numbers: Any) -> Any:
 
 def _is_fractional(element: Element) -> bool:
     """Whether the matched noise of an element is unbounded at low frequency."""
-    pot = element.springpot if isinstance(element, FractionalMaxwell) else element
-    return isinstance(pot, Springpot) and pot.remembers
-
-
-def _scales_of(element: Element, stiff: float, share: float) -> list[float]:
-    """Frequencies around which an element beside a spring changes what it does, all per mass."""
-    match element:
-        case Springpot(order=order, coefficient=c) if c > 0.0:
-            c *= share
-            return [c ** (1.0 / (2.0 - order)), min(_power_of(stiff / c, 1.0 / order), math.sqrt(stiff))]
-        case FractionalMaxwell(springpot=pot, spring=spring):
-            return [
-                math.sqrt(stiff + spring.stiffness * share),
-                (pot.coefficient * share) ** (1.0 / (2.0 - pot.order)),
-                _power_of(spring.stiffness / pot.coefficient, 1.0 / pot.order),
-            ]
-        case Maxwell(stiffness=k, coefficient=c):
-            return [math.sqrt(stiff + k * share), k / c]
-        case PiezoelectricCircuit():
-            return [1.0 / element.time, math.sqrt(stiff + element.coupling**2 / element.capacitance * share)]
-        case ResonantCircuit(coupling=theta, capacitance=c, frequency=w):
-            stiffened = stiff + theta**2 / c * share
-            return [w, element.rate, w * w / element.rate, math.sqrt(stiffened), math.sqrt(stiffened + w * w)]
-    return []
-
-
-def _power_of(base: float, power: float) -> float:
-    """A frequency, kept within what matters: so far off, an element is nothing or a spring."""
-    return math.exp(min(max(power * math.log(base), -140.0), 140.0)) if base > 0.0 else 0.0
+    pot = springpot_in(element)
+    return pot is not None and pot.remembers
 
 
 @dataclass(frozen=True)
@@ -450,9 +420,8 @@ class LinearResponse(Result):
         orders = items_of(orders, "orders must be a list of powers")
         for order in orders:
             finite_number(order, "order", low=0.0)
-        if rough := self.system.of(Harmonic, ParametricNoise, PoissonImpulses):
-            names = listed([name for name, part in self.system.named() if part in rough])
-            raise NotCoveredError(f"Only Gaussian responses are covered, which that to {names} is not.")
+        if rough := [name for name, part in self.system.named() if not part.is_gaussian]:
+            raise NotCoveredError(f"Only Gaussian responses are covered, which that to {listed(rough)} is not.")
         spectrum, far = self._spectrum(of), _FAR * max(self.companion.scales)
         last, beyond = spectrum(np.array([far, 2.0 * far]))
         slope = -math.log2(beyond / last) if last > 0.0 else math.inf
@@ -725,7 +694,7 @@ def linear(system: System) -> LinearResponse:
     )
 
 
-def companion_of(system: System, *, over: bool = False, reach: str = _REACH) -> Companion:
+def companion_of(system: System, *, over: bool = False, reach: str = _COVERED.reach) -> Companion:
     """The linear system, or the sentence that names the part which is not linear; ``over`` time, with envelopes.
 
     ``reach``: how that sentence begins.
@@ -735,21 +704,17 @@ def companion_of(system: System, *, over: bool = False, reach: str = _REACH) -> 
     NotCoveredError
         If there is a wall, a contact or something nonlinear.
     """
-    sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
-    memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | Circuit
-    sources |= CloughPenzienNoise | PoissonImpulses | SpectralExcitation
-    kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources
-    check_kinds(system, reach, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="", over=over)
-    at = system.coordinates
+    replace(_COVERED, reach=reach).check(system, over=over)
+    at, parts = system.coordinates, [part for _, part in system.named()]
     return Companion(
         coordinates=at,
         mass=at.mass,
         stiffness=at.sum_of({name: part.linear_stiffness for name, part in system.elements.items()}),
         damping=at.sum_of({name: part.linear_damping for name, part in system.elements.items()}),
-        elements=system.of(Springpot, FractionalMaxwell, Maxwell),
-        circuits=system.of(Circuit),
-        noises=system.of(*_NOISES),
-        temperature=sum(noise.temperature for noise in system.of(ThermalNoise)),
+        elements=tuple(part for part in parts if part.has_modulus and not part.of_load),
+        circuits=tuple(part for part in parts if part.of_load),
+        noises=tuple(part for part in parts if part.has_density),
+        temperature=system.thermal.temperature if system.thermal else 0.0,
         harmonics=system.of(Harmonic),
         force=system.constant_force,
         parametric=system.of(ParametricNoise),
@@ -831,8 +796,8 @@ def pulled(companion: Companion, arms: Sequence[Maxwell]) -> list[tuple[float, f
 
 def _sprung(companion: Companion) -> Companion:
     """With a spring in place of each springpot of order 0."""
-    springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
-    static = companion.stiffness + sum(companion.along(spring, spring.coefficient) for spring in springs)
+    springs = [e for e in companion.elements if e.has_equivalent]
+    static = companion.stiffness + sum(companion.along(spring, spring.static_stiffness) for spring in springs)
     kept = tuple(e for e in companion.elements if e not in springs)
     return replace(companion, stiffness=static, elements=kept) if springs else companion
 

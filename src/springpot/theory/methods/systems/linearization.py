@@ -15,20 +15,13 @@ from scipy import optimize
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
-    BoucWen,
     Constant,
     Dashpot,
     Harmonic,
-    Jenkins,
     ParametricNoise,
-    PoissonImpulses,
-    PolynomialDashpot,
     PolynomialSpring,
     Spring,
-    Springpot,
     ThermalNoise,
-    VanDerPol,
-    WhiteNoise,
 )
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.potential import Potential
@@ -47,18 +40,9 @@ _TOLERANCE = 1e-10
 _BENT = 0.05  # error of the variance in a bath of springs that bend, beyond which it is said
 _NOTHING = 1e-18  # of the largest mean square
 _EVEN = 1e-12
-_SMALL = (
-    "The parts that yield make x far from Gaussian: under white noise <x^2> and <v^2> came out up to 17 % "
-    "too small, most where little stiffness is left."
-)
-_SLIPS = (
-    "A Jenkins part makes x far from Gaussian: under white noise <v^2> came out within 18 %, <x^2> too where half of "
-    "the stiffness is left, but too small by up to 20 % where a fifth is left, and by 55 % where a twentieth is."
-)
 _DRIFTS = "The mass drifts, since only parts that yield hold it: x has no stationary law, v has one."
 _WEAK = 1e-6  # stiffness that holds such a mass, over that of these parts
 _FIRST = np.eye(10)[0]
-_REPLACED = Spring | PolynomialSpring | Dashpot | PolynomialDashpot | VanDerPol
 
 
 @dataclass(frozen=True)
@@ -131,7 +115,7 @@ def linearization(system: System) -> Linearization:
     """
     system = checked_system(system)
     own = NearestLinear(check_covered(system), _rows(system), system.constant_force)
-    yielding = {name: part for name, part in system.named() if isinstance(part, Yielding)}
+    yielding = {name: part for name, part in system.named() if part.yields}
     one = len(own.force) == 1
     drifts = one and yielding and not own.force.any() and not any(any(row.forces) for row in own.rows)
     if drifts:
@@ -164,12 +148,12 @@ def nearest_in_time(system: System) -> NearestLinear | None:
         If the system has a part that is not covered, or its mean moves.
     """
     rows, force = _rows(system), system.constant_force
-    yielding = system.of(Yielding)
+    yielding = [name for name, part in system.named() if part.yields]
     if not yielding and not any(row.is_bent for row in rows):
         return None
     companion = check_covered(system, over=True)
     if yielding:
-        raise NotCoveredError(f"{_REACH}; in time not {system.name_of(yielding[0])}.")
+        raise NotCoveredError(f"{_REACH}; in time not {yielding[0]}.")
     if force.any() or any(any(row.forces[::2]) for row in rows):
         raise NotCoveredError(f"{_REACH}; in time only where the mean of x stays 0 by symmetry.")
     if any(row.damping(0.0, 0.0, 0.0) < 0.0 for row in rows):
@@ -194,16 +178,21 @@ def check_covered(system: System, *, over: bool = False) -> Companion:
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """All springs and dampers with the same ends: the row g, the coefficients of their force, and the dampers."""
+    """All springs and dampers with the same ends: the row g, the coefficients of their force, and the parts."""
 
     g: Floats
     forces: tuple[float, ...]
-    dampers: tuple[Any, ...]
+    parts: tuple[Any, ...]
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether a damper is not linear."""
+        return any(part.is_rough for part in self.parts)
 
     @property
     def is_bent(self) -> bool:
         """Whether anything is not linear."""
-        return any(self.forces[2:]) or not all(damper.is_linear for damper in self.dampers)
+        return any(self.forces[2:]) or self.is_rough
 
     def along(self, number: float) -> Floats:
         """A number of it in the equations of motion."""
@@ -216,22 +205,14 @@ class _Row:
 
     def damping(self, mean: float, x_spread: float, v_spread: float) -> float:
         """E[w F] / E[w^2] for Gaussian elongation and velocity w."""
-        found = 0.0
-        for part in self.dampers:
-            if isinstance(part, VanDerPol):
-                found += part.coefficient * (mean * mean + x_spread**2 - part.length**2)
-                continue
-            numbers = (part.coefficient,) if isinstance(part, Dashpot) else part.coefficients
-            equivalents = 1.0, 2.0 * math.sqrt(2.0 / math.pi) * v_spread, 3.0 * v_spread**2
-            found += math.fsum(c * equivalent for c, equivalent in zip(numbers, equivalents, strict=False))
-        return found
+        return sum((part.equivalent_damping(mean, x_spread, v_spread) for part in self.parts), 0.0)
 
 
 def _rows(system: System) -> tuple[_Row, ...]:
     """The springs and dampers, those with the same ends together."""
     found: dict[tuple[float, ...], tuple[Floats, list[Any]]] = {}
     for name, part in system.named():
-        if isinstance(part, _REPLACED) or (isinstance(part, Springpot) and part.order == 0.0):
+        if part.has_equivalent:
             row = system.coordinates.elongations[name]
             if tuple(-row) in found:
                 row = -row
@@ -244,8 +225,7 @@ def _rows(system: System) -> tuple[_Row, ...]:
             turned = system.coordinates.elongations[name] @ row < 0.0
             forces[: len(own)] += [-k if turned and n % 2 == 0 else k for n, k in enumerate(own)]
         last = max([1, *np.flatnonzero(forces)])
-        dampers = tuple(part for _, part in parts if isinstance(part, Dashpot | PolynomialDashpot | VanDerPol))
-        rows.append(_Row(row, tuple(forces[: last + 1].tolist()), dampers))
+        rows.append(_Row(row, tuple(forces[: last + 1].tolist()), tuple(part for _, part in parts)))
     return tuple(rows)
 
 
@@ -271,11 +251,7 @@ def _wells(forces: Sequence[float]) -> int:
 
 def _without_nonlinear(system: System) -> System:
     """The parts that a linear system keeps; walls stay, and are refused there."""
-    kept = {
-        name: part
-        for name, part in system.named()
-        if not isinstance(part, _REPLACED | Yielding) and not (isinstance(part, Springpot) and part.order == 0.0)
-    }
+    kept = {name: part for name, part in system.named() if not (part.has_equivalent or part.yields)}
     free = "held"
     while free in kept:
         free += "_"
@@ -330,7 +306,7 @@ class NearestLinear:
         own = self.companion
         unknown = np.full_like(own.mass, math.nan)
         nothing = replace(own, stiffness=unknown, damping=unknown)
-        if own.temperature == 0.0 and all(isinstance(n, WhiteNoise) and n.intensity == 0.0 for n in own.noises):
+        if own.temperature == 0.0 and not any(noise.excites for noise in own.noises):
             return nothing, "There is no random stationary state: nothing excites the motion.", ()
         if not (own.dissipates or yielding) and not any(row.damping(0.0, 1e20, 1e20) > 0.0 for row in self.rows):
             return nothing, "There is no stationary state: nothing dissipates energy.", ()
@@ -342,10 +318,9 @@ class NearestLinear:
             return nothing, str(unstable), ()
         mean, _ = self.split(state)
         found = linear_moments(system, replace(here, force=here.stiffness @ mean))  # which gives that mean
-        warnings = () if isinstance(found, str) else tuple(self.doubts(system, here, state))
-        for kind, doubt in ((BoucWen, _SMALL), (Jenkins, _SLIPS)):
-            if not isinstance(found, str) and any(isinstance(part, kind) for part in yielding.values()):
-                warnings = (*warnings, doubt)
+        warnings = () if isinstance(found, str) else tuple(self.doubts(here, state))
+        if not isinstance(found, str):
+            warnings += tuple(dict.fromkeys(part.doubt for part in yielding.values()))
         return here, found, warnings
 
     def settled(self) -> tuple[Companion, Floats]:
@@ -428,9 +403,9 @@ class NearestLinear:
             raise NoStationaryStateError(sizes)
         return shift, sizes
 
-    def doubts(self, system: System, here: Companion, state: Floats) -> Iterator[str]:
+    def doubts(self, here: Companion, state: Floats) -> Iterator[str]:
         """Where x is far from Gaussian."""
-        thermal, (mean, spreads) = bool(system.of(ThermalNoise)), self.split(state)
+        thermal, (mean, spreads) = here.temperature > 0.0, self.split(state)
         sides = []
         for row, (x_spread, v_spread) in zip(self.bent, spreads, strict=True):
             if any(row.forces[2:]):
@@ -439,22 +414,22 @@ class NearestLinear:
             yield f"The springs bend so much that x is far from Gaussian: its variance comes out too {told[0]}."
         if any(row.damping(float(row.g @ mean), 0.0, 0.0) < 0.0 for row in self.rows):
             yield "The dampers feed small motions: around a limit cycle <x^2> can come out small by a factor of 2."
-        if any(row.is_bent for row in self.rows) and _is_sparse(system, here):
+        if any(row.is_bent for row in self.rows) and _is_sparse(here):
             yield (
                 "The impulses are so rare that x is far from Gaussian: here they act as white noise of equal intensity."
             )
 
 
-def _is_sparse(system: System, here: Companion) -> bool:
+def _is_sparse(here: Companion) -> bool:
     """Whether an impulse alone feeds in more than a tenth of the energy."""
-    impulses, mass = system.of(PoissonImpulses), here.mass
-    moving = motions(here, [*np.eye(len(mass))]) if impulses else ""
+    shots, mass = [noise for noise in here.noises if noise.impulses[0]], here.mass
+    moving = motions(here, [*np.eye(len(mass))]) if shots else ""
     if isinstance(moving, str):
         return False
     energy = float(np.diag(mass) @ [v_square for *_, v_square in moving])  # as much potential as kinetic
-    pushes = map(here.push, impulses)
-    fed = [0.5 * p.intensity * float(g @ np.linalg.solve(mass, g)) for p, g in zip(impulses, pushes, strict=True)]
-    return any(each / energy > 0.1 * part.rate for each, part in zip(fed, impulses, strict=True))
+    pushes = map(here.push, shots)
+    fed = [0.5 * p.white_intensity * float(g @ np.linalg.solve(mass, g)) for p, g in zip(shots, pushes, strict=True)]
+    return any(each / energy > 0.1 * noise.impulses[0] for each, noise in zip(fed, shots, strict=True))
 
 
 def _is_sound(here: Companion) -> bool:

@@ -22,17 +22,20 @@ from springpot.problem.parts import (
     Springpot,
     VanDerPol,
 )
-from springpot.problem.parts.walls import SoftStop
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.chain import Chain, Grid, grid_over, kernel_weights, make_chain
-from springpot.theory.methods.systems.coverage import check_kinds, unheld
+from springpot.theory.methods.systems.coverage import Coverage, unheld
 from springpot.theory.methods.systems.impacts import endless_walls
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.polynomials import roots_of
 from springpot.theory.result import Moments, NoConvergenceError, Result, moments_of
 
 REACH = "Path integration covers one colored noise with springs, contacts without loss, dampers, springpots and walls"
+_COVERED = Coverage(
+    REACH, Spring | PolynomialSpring | Constant | Contact | Barrier | Dashpot | PolynomialDashpot | VanDerPol
+    | Springpot | ColoredNoise,
+)  # fmt: skip
 
 _ROUGH, _ROUGH_FREE, _FINE = (7, 26, 31), (7, 36, 37), (11, 40, 49)  # nodes of y, x and v
 _WIDE = 6.0  # standard deviations of x to the ends of the grid where there is no wall, and half a deviation less of v
@@ -180,16 +183,15 @@ def path_integration(system: System) -> Result:
 def check_covered(system: System) -> _Problem:
     """What the method solves, where it is covered; otherwise `NotCoveredError`."""
     unit = system.per_unit_mass
-    dampers = Dashpot | PolynomialDashpot | VanDerPol | Springpot
-    check_kinds(unit, REACH, Spring | PolynomialSpring | Constant | Contact | Barrier | dampers | ColoredNoise)
-    noises = unit.of(ColoredNoise)
+    _COVERED.check(unit)
+    noises = [part for part in unit.parts if part.excites]
     if len(noises) != 1:
         raise NotCoveredError(f"{REACH}; here there {'are several' if noises else 'is no colored noise'}.")
     return _Problem(
         unit=unit,
         noise=noises[0],
-        pots=tuple(pot for pot in unit.of(Springpot) if pot.remembers),
-        stops=unit.of(Barrier),
+        pots=tuple(part for part in unit.parts if part.remembers),
+        stops=tuple(unit.walls.values()),
         damping=unit.dashpots,
     )
 
@@ -197,11 +199,11 @@ def check_covered(system: System) -> _Problem:
 def _acceleration(problem: _Problem, y: Floats, x: Floats, v: Floats, memory: _Memory | None) -> Floats:
     unit = problem.unit
     found = y - unit.potential.force(x) - problem.damping * v
-    for part in unit.of(PolynomialDashpot):
-        for c, power in zip(part.coefficients[1:], (np.abs(v) * v, v**3), strict=False):
+    for part in unit.parts:
+        for c, power in zip(part.damping_coefficients()[1:], (np.abs(v) * v, v**3), strict=False):
             found = found - c * power
-    for pump in unit.of(VanDerPol):
-        found = found - pump.coefficient * (x * x - pump.length**2) * v
+    for part in unit.parts:
+        found = found - part.force_beside(x, v)
     return np.asarray(found if memory is None else found - memory.force(y, x, v))
 
 
@@ -387,11 +389,11 @@ def _moments(system: System, problem: _Problem, law: _Law) -> Moments:
     x_square, v_square = float(law.weights @ x**2), float(law.weights @ v**2)
     hits = []
     struck = iter(law.chain.impacts(law.weights))
-    for wall in system.stops.values():
+    for name in system.stops:
         rate = mean = square = math.nan
-        if isinstance(wall, Barrier):
+        if name in system.walls:
             rate, first, second = next(struck)
-            rate = math.nan if not wall.is_elastic else max(rate, 0.0)
+            rate = math.nan if system.walls[name].dissipates else max(rate, 0.0)
             mean, square = (first / rate, second / rate) if rate > 1e-12 else (math.nan, math.nan)
         hits.append((rate, mean, square))
     return moments_of(system, [(law.mean, x_square, v_square)], hits=hits)
@@ -399,8 +401,8 @@ def _moments(system: System, problem: _Problem, law: _Law) -> Moments:
 
 def _warnings(unit: System, found: Moments) -> Iterator[str]:
     yield from endless_walls(unit, lambda wall: not wall.is_elastic)
-    for name, part in unit.named():
-        if isinstance(part, Barrier) and part.is_elastic and math.isnan(found[f"{name}_impact_rate"]):
-            yield f"On {name} the mass is pressed, and hops are too short for the grid: there is no impact rate."
-        elif isinstance(part, SoftStop):
+    for name, wall in unit.stops.items():
+        if name in unit.contacts:
             yield f"The impacts on {name} are not counted."
+        elif not wall.dissipates and math.isnan(found[f"{name}_impact_rate"]):
+            yield f"On {name} the mass is pressed, and hops are too short for the grid: there is no impact rate."

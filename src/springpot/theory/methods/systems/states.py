@@ -16,19 +16,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.parts import (
-    CloughPenzienNoise,
-    ColoredNoise,
-    FractionalMaxwell,
-    KanaiTajimiNoise,
-    Maxwell,
-    PiezoelectricCircuit,
-    PoissonImpulses,
-    ResonantCircuit,
-    SpectralExcitation,
-    Springpot,
-    WhiteNoise,
-)
+from springpot.problem.parts.registration import Element, Filter
 from springpot.theory.methods.systems.linear import Companion
 
 _SPACING = 0.55  # of the logarithms of the rates: exp(-pi^2 / h) is 2e-8
@@ -78,7 +66,7 @@ class States:
         rates = self.rates.copy()
         for noise, _, at in self.inputs:
             if getattr(noise, "frequency_rate", 0.0):
-                _filter(rates, noise, at, self.light @ self.companion.push(noise), time)
+                _write(rates, noise.filter_at(time), at, self.light @ self.companion.push(noise))
         return rates
 
 
@@ -100,7 +88,7 @@ def states_of(companion: Companion, slowest: float, fastest: float, who: str) ->
 
     Examples
     --------
-    >>> from springpot.problem.parts import Spring
+    >>> from springpot.problem.parts import Spring, Springpot, WhiteNoise
     >>> from springpot.problem.system import System
     >>> from springpot.theory.methods.systems.linear import companion_of
     >>> own = states_of(companion_of(System(Spring(4.0), Springpot(0.5, 1.0), WhiteNoise(1.0))), 5e-4, 1e3, "this")
@@ -109,30 +97,24 @@ def states_of(companion: Companion, slowest: float, fastest: float, who: str) ->
     """
     own = companion
     points, stiffness, damping = len(own.mass), own.stiffness, own.damping
-    coils = [circuit for circuit in own.circuits if isinstance(circuit, ResonantCircuit)]
-    simple = [circuit for circuit in own.circuits if isinstance(circuit, PiezoelectricCircuit)]
-    modes = [(c.coupling**2 / c.capacitance, 1.0 / c.time, own.row(c)) for c in simple]
-    for element in own.elements:
+    coils: list[Any] = [circuit for circuit in own.circuits if circuit.rate_of_its_own]
+    modes = []
+    for element in (*(circuit for circuit in own.circuits if circuit not in coils), *own.elements):
         row = own.row(element)
-        match element:
-            case Springpot(order=0.0, coefficient=c):
-                stiffness = stiffness + own.along(element, c)
-            case Springpot(order=1.0, coefficient=c):
-                damping = damping + own.along(element, c)
-            case Maxwell(stiffness=k, coefficient=c):
-                modes.append((k, k / c, row))
-            case FractionalMaxwell(springpot=pot, spring=spring) if pot.order == 1.0:
-                modes.append((spring.stiffness, spring.stiffness / pot.coefficient, row))
-            case _:
-                modes += [(weight, rate, row) for weight, rate in _memory(element, slowest, fastest)]
+        if element.remembers:
+            own_modes = [element.relaxation] if element.relaxation[0] else _memory(element, slowest, fastest)
+            modes += [(weight, rate, row) for weight, rate in own_modes]
+        else:  # a springpot of order 0 or 1
+            stiffness = stiffness + own.along(element, element.static_stiffness)
+            damping = damping + own.along(element, element.dashpot)
     if not np.linalg.eigvalsh(stiffness)[0] > 0.0:
         raise NotCoveredError(f"{who} needs a positive stiffness of the linear springs.")
     modes = [(weight, rate, row) for weight, rate, row in modes if weight > 0.0]
     for coil in coils:  # its voltage, which x drives, and its current, where the resistor is
         row = own.row(coil)
-        modes += [(coil.coupling**2 / coil.capacitance, 0.0, row), (1.0, coil.rate, 0.0 * row)]
+        modes += [(coil.stiffness_at_once, 0.0, row), (1.0, coil.rate, 0.0 * row)]
     begin = 2 * points + len(modes)
-    sizes = [_states_of_filter(noise) for noise in own.noises]
+    sizes = [noise.filter_order or 0 for noise in own.noises]
     x, v, size = slice(0, points), slice(points, 2 * points), begin + sum(sizes)
     root: Floats = np.linalg.cholesky(stiffness).astype(float)
     light: Floats = np.linalg.inv(np.linalg.cholesky(own.mass)).astype(float)
@@ -147,45 +129,23 @@ def states_of(companion: Companion, slowest: float, fastest: float, who: str) ->
     for noise, states in zip(own.noises, sizes, strict=True):
         push, vector = light @ own.push(noise), np.zeros(size)
         if states:
-            vector[at + min(states - 1, 1)] = math.sqrt(_filter(rates, noise, at, push, 0.0))
+            whole = noise.filter_at(0.0)
+            _write(rates, whole, at, push)
+            vector[at + whole.driven] = math.sqrt(whole.intensity)
         else:
-            vector[v] = math.sqrt(getattr(noise, "intensity", 1.0)) * push
+            vector[v] = (math.sqrt(noise.white_intensity) if noise.is_white else 1.0) * push
         inputs.append((noise, vector, at))
         at += states
     return States(own, rates, begin, tuple(inputs), root, light)
 
 
-def _states_of_filter(noise: Any) -> int:
-    match noise:
-        case WhiteNoise() | PoissonImpulses() | SpectralExcitation():
-            return 0
-        case ColoredNoise():
-            return 1
-        case KanaiTajimiNoise():
-            return 2
-    return 4
+def _write(rates: Floats, noise: Filter, at: int, push: Floats) -> None:
+    """The filter of a noise, from a state on, and how its output pushes."""
+    v, own = slice(len(push), 2 * len(push)), slice(at, at + len(noise.output))
+    rates[own, own], rates[v, own] = noise.rates, np.outer(push, noise.output)
 
 
-def _filter(rates: Floats, noise: Any, at: int, push: Floats, time: float) -> float:
-    """Write a filter and its output, and return the intensity of the white noise that drives it."""
-    v = slice(len(push), 2 * len(push))
-    if isinstance(noise, ColoredNoise):
-        rates[at, at], rates[v, at] = -1.0 / noise.correlation_time, push
-        return 2.0 * noise.variance / noise.correlation_time
-    first, w, twice = noise.frequency, noise.frequency_at(time, "the noise"), 2.0 * noise.damping
-    seen = np.zeros(len(rates))
-    seen[at : at + 2] = w * w / first, twice * w  # of w u and u' with the first w
-    rates[at, at + 1], rates[at + 1] = first, -seen
-    if isinstance(noise, CloughPenzienNoise):
-        f = noise.base_frequency
-        rates[at + 2, at + 3] = f
-        seen[at + 2 : at + 4] = -f, -2.0 * noise.base_damping * f
-        rates[at + 3] = seen
-    rates[v] += np.outer(push, seen) - rates[v] * (seen != 0.0)
-    return float(noise.intensity)
-
-
-def _memory(element: Springpot | FractionalMaxwell, slowest: float, fastest: float) -> list[tuple[float, float]]:
+def _memory(element: Element, slowest: float, fastest: float) -> list[tuple[float, float]]:
     """Weights and rates of modes whose sum is the modulus of an element."""
 
     def weight(rate: Floats) -> Floats:
