@@ -11,14 +11,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import chain
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 from springpot.problem.coordinates import Coordinates
-from springpot.problem.parts import Barrier, Constant, ResonantCircuit, ThermalNoise
-from springpot.problem.parts.circuits import Circuit
-from springpot.problem.parts.registration import Element, Part, per_unit_mass, unit_times
-
-Kind = TypeVar("Kind")
+from springpot.problem.parts.registration import Part, per_unit_mass, unit_times
 
 _OF = "<part>_"
 _AT = "<point>_"
@@ -57,8 +53,9 @@ class System(Protocol):
     def counts(self) -> Mapping[str, int]:
         """How many equal ones there are, of parts and groups of which there are several."""
 
-    def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
-        """The parts of these kinds."""
+    @property
+    def thermal(self) -> Part | None:
+        """The noise of all that dissipates."""
 
     def stated(self) -> Iterator[tuple[str, Any]]:
         """Each part with its name."""
@@ -174,13 +171,9 @@ def _with(*powers: str) -> Callable[[Part], bool]:
     return lambda part: not {*powers}.isdisjoint(part.powers)
 
 
-def _is_a(kind: type[Part]) -> Callable[[Part], bool]:
-    return lambda part: isinstance(part, kind)
-
-
 def _balances(system: System) -> bool:
     """Whether the balance of energy is a check, and no definition of what is fed in."""
-    independent = any(map(_with("input"), system.parts)) or (_is_several(system) and bool(system.of(ThermalNoise)))
+    independent = any(map(_with("input"), system.parts)) or (_is_several(system) and system.thermal is not None)
     return independent or not any(map(_with("fed", "work"), system.parts))
 
 
@@ -189,7 +182,7 @@ def _is_single(system: System) -> bool:
 
 
 def _is_between(part: Part) -> bool:
-    return isinstance(part, Element)
+    return part.has_ends
 
 
 def _always(_: System | Part) -> bool:
@@ -201,15 +194,23 @@ def _is_several(system: System) -> bool:
 
 
 def _has_spring(part: Part) -> bool:
-    return "stored" in part.powers and not isinstance(part, Constant)
+    return "stored" in part.powers and part.has_ends
+
+
+def _has_coil(part: Part) -> bool:
+    return part.of_load == "current"
 
 
 def _is_one_of_coils(part: Part) -> bool:
-    return isinstance(part, ResonantCircuit) and part.count > 1
+    return _has_coil(part) and part.together is not part
 
 
 def _is_soft(part: Part) -> bool:
     return part.soft_stop is not None
+
+
+def _is_rigid(part: Part) -> bool:
+    return "stop" in part.powers and part.soft_stop is None
 
 
 def _has_force(part: Part) -> bool:
@@ -217,7 +218,7 @@ def _has_force(part: Part) -> bool:
 
 
 def _is_counted(part: Part) -> bool:
-    return isinstance(part, Element) and part.count > 1 and _has_force(part)
+    return part.has_ends and part.together is not part and _has_force(part)
 
 
 _ABSOLUTE = "absolute acceleration, that of the ground included, between impacts"
@@ -230,7 +231,7 @@ _DAMPING: dict[str, Any] = {
 _DAMPING_OF_ONE: dict[str, Any] = {
     **_DAMPING, "when": f"{_DAMPING['when']}, and one mass", "where": _is_single, "controlled": False,
 }  # fmt: skip
-_CIRCUITS: dict[str, Any] = {"of": _is_a(Circuit), "where": lambda system: not system.of(ThermalNoise)}
+_CIRCUITS: dict[str, Any] = {"of": lambda part: bool(part.of_load), "where": lambda system: system.thermal is None}
 _SOFT: dict[str, Any] = {"when": "with soft contacts and one mass", "of": _is_soft, "where": _is_single}
 _SINGLE: dict[str, Any] = {"when": "with one mass", "where": _is_single}
 _END: dict[str, Any] = {**_SINGLE, "controlled": False}
@@ -368,7 +369,7 @@ CATALOGUE = (
     Quantity("<part>_voltage_mean_square", "V2", "mean square voltage of the circuit", r"\langle V^2\rangle",
              "of each circuit, without thermal noise", **_CIRCUITS),
     Quantity("<part>_current_mean_square", "A2", "mean square current of the circuit's coil", r"\langle I^2\rangle",
-             "of each circuit with a coil, without thermal noise", **_CIRCUITS | {"of": _is_a(ResonantCircuit)}),
+             "of each circuit with a coil, without thermal noise", **_CIRCUITS | {"of": _has_coil}),
     Quantity("<part>_current_of_one_mean_square", "A2", "mean square current of one of several equal coils",
              r"\langle I^2\rangle / n^2", "of each circuit with a coil and `count=`, without thermal noise",
              **_CIRCUITS | {"of": _is_one_of_coils}),
@@ -435,7 +436,7 @@ CATALOGUE = (
                dimensions=dimensions, of=has, **_on_request("forces", more))
       for what, unit, said, has in (
           ("peak_force", "N", "the largest force of each touch of a soft contact", _is_soft),
-          ("impulse", "N s", "the impulse of each impact on a rigid wall", _is_a(Barrier)))
+          ("impulse", "N s", "the impulse of each impact on a rigid wall", _is_rigid))
       for ending, power, words, more, dimensions in (
           ("mean", 1, "mean of", "", ()), ("mean_square", 2, "mean square of", "", ()),
           ("density", -1, "probability density of", " with `distributions=`", (f"{_OF}{what}_bin",)),
@@ -665,7 +666,7 @@ def _may_collide(system: System) -> bool:
     Most systems are done with here, in a time that counts little beside that of making them.
     """
     of_whole, endings = _beginnings()
-    names = [name for name, part in system.stated() if "inertia" not in part.powers or isinstance(part, Element)]
+    names = [name for name, part in system.stated() if "inertia" not in part.powers or part.has_ends]
     names += system.groups
     if len(system.points) > 1:
         names += [*system.points, *(pair for pair, _ in _pairs(system))]

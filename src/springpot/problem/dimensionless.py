@@ -17,15 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import NotCoveredError, listed, shown
-from springpot.problem.parts import (
-    Barrier,
-    Dashpot,
-    PolynomialDashpot,
-    PolynomialSpring,
-    Spring,
-    Springpot,
-    WhiteNoise,
-)
+from springpot.problem.parts import Barrier, Springpot, WhiteNoise
 from springpot.problem.parts.checks import Checked, plain, put
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import restitution_at
@@ -117,16 +109,15 @@ class Dimensionless(Checked):
         """
         unit = system.per_unit_mass
         for name, part in unit.named():
-            linear = isinstance(part, PolynomialSpring | PolynomialDashpot) and part.is_linear
-            if not linear and not isinstance(part, Spring | Dashpot | Springpot | Barrier | WhiteNoise):
+            if not part.is_of_paper:
                 raise NotCoveredError(f"{name} cannot be part of an Oscillator: {CANONICAL}.")
-            if isinstance(part, WhiteNoise) and part.envelope is not None:
+            if name in unit.excitations and part.envelope is not None:
                 raise NotCoveredError(f"{name} has an envelope: {CANONICAL}, which is stationary.")
-            if isinstance(part, Barrier) and callable(part.restitution):
+            if name in unit.walls and part.has_law:
                 raise NotCoveredError(f"{name} has a restitution that depends on the speed: {CANONICAL}.")
-        if len(unit.of(Barrier)) > 1:
-            raise NotCoveredError(f"{unit.name_of(unit.of(Barrier)[1])} is a second wall: {CANONICAL}.")
-        pots = [pot for pot in unit.of(Springpot) if pot.coefficient > 0.0]
+        if len(unit.walls) > 1:
+            raise NotCoveredError(f"{[*unit.walls][1]} is a second wall: {CANONICAL}.")
+        pots = [pot for pot in unit.springpots.values() if pot.coefficient > 0.0]
         orders = {pot.order for pot in pots} | ({1.0} if unit.damping > 0.0 else set())
         if len(orders) > 1:
             raise NotCoveredError(
@@ -140,7 +131,7 @@ class Dimensionless(Checked):
         return cls(
             natural_frequency=unit.natural_frequency,
             springpot=Springpot(order, float(coefficient)),
-            barrier=next(iter(unit.of(Barrier)), None),
+            barrier=next(iter(unit.walls.values()), None),
             excitation=WhiteNoise(float(sum(noise.intensity for noise in unit.of(WhiteNoise)))),
         )
 

@@ -11,38 +11,8 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed
 from springpot.problem.coordinates import product_of
 from springpot.problem.messages import Message, say
-from springpot.problem.parts import (
-    Barrier,
-    CloughPenzienNoise,
-    ColoredNoise,
-    Constant,
-    Contact,
-    Dashpot,
-    FractionalMaxwell,
-    Harmonic,
-    KanaiTajimiNoise,
-    Maxwell,
-    PolynomialDashpot,
-    PolynomialSpring,
-    RecordedExcitation,
-    SpectralExcitation,
-    Spring,
-    Springpot,
-    ThermalNoise,
-    WhiteNoise,
-)
-from springpot.problem.parts.circuits import Circuit
-from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
-
-_FELT = (
-    Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Maxwell, FractionalMaxwell, Circuit,
-    Yielding, Contact,
-)  # fmt: skip
-_FILTERED = ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation
-_SMOOTH = (*_FILTERED, Harmonic, RecordedExcitation)
-"""Excitation with a value at every time, which can be in the acceleration of a mass that it pushes."""
 
 
 @dataclass(frozen=True)
@@ -86,13 +56,13 @@ def felt_in(system: System) -> dict[str, Felt]:
     """
     at, parts = system.coordinates, dict(system.named())
     single = len(system.points) == 1
-    elements = {n: part for n, part in system.elements.items() if not isinstance(part, Barrier)}
+    elements = {n: part for n, part in system.elements.items() if n not in system.walls}
     rows = at.elongations
-    unseen = [name for name, part in elements.items() if not _is_felt(part)]
+    unseen = [name for name, part in elements.items() if not part.is_seen]
     found = {}
     for name in (name for name in elements if name not in unseen):
         alike = _with_one_memory(name, elements, rows)
-        own = -part.inwards if isinstance(part := elements[name], Contact) else 1.0  # of a stop how hard it is pressed
+        own = -stop.inwards if (stop := system.contacts.get(name)) else 1.0  # of a stop how hard it is pressed
         reason = _alone(name, alike) or _hot(system, [name])
         found[f"{name}_force"] = Felt({name: own}, reason=reason)
         if count := system.counts.get(name):
@@ -114,8 +84,8 @@ def felt_in(system: System) -> dict[str, Felt]:
         name = "acceleration" if single else f"{point}_acceleration"
         light = at.accelerations(row)
         loads = {n: share for n, own in pushed.items() if (share := product_of(light, own))}
-        constant = sum(share * parts[n].force for n, share in loads.items() if isinstance(parts[n], Constant))
-        loads = {n: share for n, share in loads.items() if not isinstance(parts[n], Constant)}
+        constant = sum(share * parts[n].force for n, share in loads.items() if n in system.constants)
+        loads = {n: share for n, share in loads.items() if n not in system.constants}
         shares = {n: share for n in elements if n not in unseen and (share := -product_of(light, rows[n]))}
         reason = _beside(unseen) or _pushed(system, loads) or _hot(system, elements)
         found[name] = Felt(shares | loads, constant, reason, row)
@@ -155,8 +125,8 @@ def about_shocks(system: System, names: Iterable[str], values: Mapping[str, floa
     """
     at, felt, found = system.coordinates, felt_in(system), []
     walls = {
-        name: at.elongations[name] for name, part in system.elements.items()
-        if isinstance(part, Barrier) and values.get(f"{name}_impact_rate", values.get("impact_rate")) != 0.0
+        name: at.elongations[name] for name in system.walls
+        if values.get(f"{name}_impact_rate", values.get("impact_rate")) != 0.0
     }  # fmt: skip
     for name in names:
         if name == "force_on_ground":
@@ -172,11 +142,11 @@ def about_shocks(system: System, names: Iterable[str], values: Mapping[str, floa
 
 def _pushed(system: System, loads: Iterable[str]) -> str:
     """Why forces on a mass leave its acceleration without a value."""
-    parts = dict(system.named())
-    if rough := [name for name in loads if not isinstance(parts[name], _SMOOTH)]:
+    parts, forces = system.excitations, system.coordinates.forces
+    if rough := [name for name in loads if parts[name].noise in ("white", "impulses")]:
         return f"{listed(rough)} would be in it, which has no finite mean square: it is seen where the ground moves"
-    white = [name for name, part in parts.items() if isinstance(part, WhiteNoise)]
-    if white and len(system.points) == 1 and any(isinstance(parts[name], _FILTERED) for name in loads):
+    white = [name for name in forces if parts[name].noise == "white"]
+    if white and len(system.points) == 1 and any(parts[name].noise for name in loads):
         return f"{listed([*loads, *white])} are simulated as one force, of which only the sum is known"
     return ""
 
@@ -206,14 +176,10 @@ def _is_in_memory(part: Element) -> bool:
 def _hot(system: System, names: Iterable[str]) -> str:
     parts = dict(system.named())
     lossy = [name for name in names if parts[name].dissipates]
-    if not lossy or not system.of(ThermalNoise):
+    if not lossy or not system.thermal:
         return ""
     return f"the matched noise of {listed(lossy)} belongs to it, and has no finite mean square"
 
 
 def _beside(unseen: Sequence[str]) -> str:
     return f"the force of {listed(unseen)} is not seen" if unseen else ""
-
-
-def _is_felt(part: Element) -> bool:
-    return isinstance(part, _FELT) and (part.is_linear or not isinstance(part, PolynomialDashpot))

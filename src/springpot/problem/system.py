@@ -18,12 +18,21 @@ from springpot.problem.catalogue import check_result_names
 from springpot.problem.coordinates import MOST_PARTS, Coordinates
 from springpot.problem.matrices import parts_of_matrices
 from springpot.problem.modes import FrequencyUnit, parts_of_modes
-from springpot.problem.parts import Barrier, Constant, Contact, Force, Mass, Point, Springpot, ThermalNoise
+from springpot.problem.parts import (
+    Barrier,
+    Constant,
+    Contact,
+    Mass,
+    Point,
+    RecordedExcitation,
+    Springpot,
+    ThermalNoise,
+)
 from springpot.problem.parts.checks import fields_of, plain
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Element, Part, kind_of
 from springpot.problem.parts.springpots import resonance
-from springpot.problem.parts.walls import SoftStop, Stop
+from springpot.problem.parts.walls import Stop
 from springpot.problem.potential import Potential
 
 Kind = TypeVar("Kind")
@@ -287,7 +296,7 @@ class System:
 
     @cached_property
     def _acting(self) -> tuple[Any, ...]:
-        return tuple(getattr(part, "together", part) for part in self.parts)
+        return tuple(part.together for part in self.parts)
 
     def named(self) -> Iterator[tuple[str, Any]]:
         """Each part with its name, as it acts: several equal ones as the one that does what they do together."""
@@ -322,9 +331,39 @@ class System:
         return {name: part for name, part in self.named() if isinstance(part, Contact)}
 
     @cached_property
+    def springpots(self) -> dict[str, Springpot]:
+        """By name, of any order; not those in series with a spring."""
+        return {name: part for name, part in self.named() if isinstance(part, Springpot)}
+
+    @cached_property
+    def excitations(self) -> dict[str, Excitation]:
+        """By name, in the order given."""
+        return {name: part for name, part in self.named() if isinstance(part, Excitation)}
+
+    @cached_property
+    def constants(self) -> dict[str, Constant]:
+        """Its constant forces by name."""
+        return {name: part for name, part in self.named() if isinstance(part, Constant)}
+
+    @cached_property
+    def records(self) -> dict[str, RecordedExcitation]:
+        """Its recorded excitations by name."""
+        return {name: part for name, part in self.named() if isinstance(part, RecordedExcitation)}
+
+    @cached_property
     def thermal(self) -> ThermalNoise | None:
         """The noise of all that dissipates, if there is one."""
         return next(iter(self.of(ThermalNoise)), None)
+
+    @cached_property
+    def masses(self) -> dict[str, Mass]:
+        """The masses by name, that of each as a part."""
+        return {name: part for name, part in self.named() if isinstance(part, Mass)}
+
+    @cached_property
+    def combined(self) -> dict[str, Point]:
+        """The points that move as masses do together, by name, that of each as a part."""
+        return {name: part for name, part in self.named() if isinstance(part, Point)}
 
     @property
     def counts(self) -> dict[str, int]:
@@ -337,7 +376,7 @@ class System:
         >>> System(Spring(8.0, **four), Springpot(0.3, 2.0, **four)).counts
         {'spring': 4, 'springpot': 4, 'mount': 4}
         """
-        found = {name: part.count for name, part in self.stated() if isinstance(part, Element) and part.count > 1}
+        found = {name: part.count for name, part in self.stated() if part.has_ends and part.count > 1}
         for group, names in self.groups.items():
             if names[0] in found and len({found.get(name) for name in names}) == 1:
                 found[group] = found[names[0]]
@@ -380,18 +419,18 @@ class System:
     @property
     def has_mass(self) -> bool:
         """Whether its numbers are in SI units, and not per unit mass."""
-        return bool(self.of(Mass))
+        return bool(self.masses)
 
     @cached_property
     def points(self) -> tuple[str, ...]:
         """The names of its masses, ``("mass",)`` of a single one without a name, and after them of its other points."""
-        masses = tuple(mass.at for mass in self.of(Mass) if mass.at) or ("mass",)
-        return (*masses, *(point.at for point in self.of(Point)))
+        masses = tuple(mass.at for mass in self.masses.values() if mass.at) or ("mass",)
+        return (*masses, *(point.at for point in self.combined.values()))
 
     @cached_property
     def coordinates(self) -> Coordinates:
         """The coordinates and their masses, and the row of numbers of each point and part."""
-        masses, points = self.of(Mass) or (Mass(1.0),), self.of(Point)
+        masses, points = [*self.masses.values()] or [Mass(1.0)], self.combined.values()
         alone = Coordinates.of_masses(self.points[: len(masses)], [mass.value for mass in masses])
         shares = np.zeros((len(points), len(masses)))
         for row, point in zip(shares, points, strict=True):
@@ -400,20 +439,13 @@ class System:
             alone, points=self.points, rows=np.vstack([alone.rows, shares]),
             participations=np.array([mass.participation for mass in masses]),
         )  # fmt: skip
-        elements = {name: part for name, part in self.named() if isinstance(part, Element | Force)}
-        pushes = {
-            name: at.push(getattr(part, "on", "mass"))
-            for name, part in self.named()
-            if isinstance(part, Excitation) and not isinstance(part, ThermalNoise) and name not in elements
-        }
+        parts = dict(self.named())
         whole = replace(
-            at, ends={name: part.between for name, part in elements.items() if part.between},
-            elongations={
-                name: at.row(part.between) if isinstance(part, Element) or part.between else at.push(part.on)
-                for name, part in elements.items()
-            }, forces=pushes,
+            at, ends={name: ends for name, part in parts.items() if (ends := getattr(part, "between", None))},
+            elongations={name: row for name, part in parts.items() if (row := part.elongation(at)) is not None},
+            forces={name: row for name, part in parts.items() if (row := part.push(at)) is not None},
         )  # fmt: skip
-        inertial = {name: part.inertia for name, part in elements.items() if part.inertia}
+        inertial = {name: part.inertia for name, part in self.elements.items() if part.inertia}
         return replace(whole, mass=whole.mass + whole.sum_of(inertial))
 
     @property
@@ -425,7 +457,7 @@ class System:
     @property
     def constant_force(self) -> Floats:
         """On the coordinates."""
-        forces = (part.force * self.coordinates.push(part.on) for part in self.of(Constant))
+        forces = (part.force * self.coordinates.push(part.on) for part in self.constants.values())
         return np.asarray(sum(forces, np.zeros(len(self.coordinates.names))))
 
     @property
@@ -438,13 +470,12 @@ class System:
             If there are several masses, as for all that has one coordinate x.
         """
         check_single(self)
-        return next((mass.value for mass in self.of(Mass)), 1.0)
+        return next((mass.value for mass in self.masses.values()), 1.0)
 
     @property
     def inertia(self) -> float:
         """The mass, and what other parts add to the inertia of the motion, in kg; in units of the mass without one."""
-        whole: float = self.mass + sum(part.inertia for part in self._acting if not isinstance(part, Mass))
-        return whole
+        return self.mass + sum(part.inertia for part in self.elements.values())
 
     @cached_property
     def per_unit_mass(self) -> System:
@@ -463,7 +494,7 @@ class System:
         size = max(1, *map(len, forces))
         coefficients = [sum(force[n] / self.inertia for force in forces if n < len(force)) + 0.0 for n in range(size)]
         last = max((n for n, c in enumerate(coefficients) if c != 0.0), default=0)
-        walls = [stop for stop in self.of(Stop) if not isinstance(stop, SoftStop)]
+        walls = self.walls.values()
         return Potential(
             tuple(coefficients[: last + 1]),
             tuple(part.soft_stop.per_mass(float(self.inertia)) for part in self._acting if part.soft_stop is not None),
@@ -486,7 +517,7 @@ class System:
     @property
     def dashpots(self) -> float:
         """Coefficient of the linear dampers, with springpots of order 1, in N s/m."""
-        return self.damping + sum(pot.coefficient for pot in self.of(Springpot) if pot.order == 1.0)
+        return self.damping + sum(pot.coefficient for pot in self.springpots.values() if pot.order == 1.0)
 
     @property
     def natural_frequency(self) -> float:
@@ -604,7 +635,7 @@ def _check_together(system: System) -> None:
     """What only the whole can know."""
     if len(system.parts) > MOST_PARTS:
         raise ValueError(f"a system must have at most {MOST_PARTS} parts, not {len(system.parts)}.")
-    if (contacts := len(system.of(SoftStop))) > MOST_CONTACTS:
+    if (contacts := len(system.contacts)) > MOST_CONTACTS:
         raise ValueError(f"a system must have at most {MOST_CONTACTS} contacts, not {contacts}.")
     if all("inertia" in part.powers for part in system.parts):
         raise ValueError("a system must have parts beside a mass, such as Spring(80.0) and WhiteNoise(0.02).")
@@ -613,7 +644,7 @@ def _check_together(system: System) -> None:
     check_result_names(system)
     if len(system.of(ThermalNoise)) > 1:
         raise ValueError("a system must have one ThermalNoise at most: everything has the same temperature.")
-    if system.of(ThermalNoise):
+    if system.thermal:
         for name, part in system.named():
             if not part.is_thermal:
                 raise ValueError(f"{name} cannot be combined with ThermalNoise, which has no matching noise for it.")
@@ -626,8 +657,8 @@ def _check_together(system: System) -> None:
 
 def _check_ends(system: System) -> None:
     """That the masses have names where there are several, and every part is between, or on, one of them."""
-    masses, points = system.of(Mass), system.points
-    several = len(masses) > 1 or bool(system.of(Point))
+    masses, points = [*system.masses.values()], system.points
+    several = len(masses) > 1 or bool(system.combined)
     if several and not all(mass.at for mass in masses):
         raise ValueError(
             f"each of the {len(masses)} masses must have a name, as Mass({masses[0].value:g}, at='box'), which parts "
@@ -636,15 +667,12 @@ def _check_ends(system: System) -> None:
     for point in points:
         if points.count(point) > 1:
             raise ValueError(
-                f"{point} is the name of two {'points' if system.of(Point) else 'masses'}: give one of them another "
+                f"{point} is the name of two {'points' if system.combined else 'masses'}: give one of them another "
                 "name."
             )
     _check_combinations(system)
     for name, part in system.named():
-        if isinstance(part, Element) or getattr(part, "between", None):
-            _check_between(name, part, points)
-        elif isinstance(part, Excitation) and (on := getattr(part, "on", "")):
-            _check_on(name, on, points, ground=not isinstance(part, Constant | Force))
+        part.check_ends(name, points)
     if len(points) > 1:
         _check_rows(system)
 
@@ -661,14 +689,14 @@ def _check_groups(system: System) -> None:
 
 def _check_combinations(system: System) -> None:
     """That points are made of masses, and masses alone move with the ground as they are."""
-    masses = tuple(mass.at for mass in system.of(Mass) if mass.at)
-    for name, part in system.named():
-        if isinstance(part, Point):
-            for one in part.of:
-                if one not in masses:
-                    near = meant(one, masses) or (f"; there are {listed([*masses])}." if masses else "; there is none.")
-                    raise ValueError(f"{name} is a combination of masses, but {one!r} is no mass{near}")
-        elif isinstance(part, Mass) and part.participation != 1.0 and not system.of(Point):
+    masses = tuple(mass.at for mass in system.masses.values() if mass.at)
+    for name, point in system.combined.items():
+        for one in point.of:
+            if one not in masses:
+                near = meant(one, masses) or (f"; there are {listed([*masses])}." if masses else "; there is none.")
+                raise ValueError(f"{name} is a combination of masses, but {one!r} is no mass{near}")
+    for name, mass in system.masses.items():
+        if mass.participation != 1.0 and not system.combined:
             raise ValueError(f"participation of {name} must be 1 in a system without a Point, as it moves by itself.")
 
 
@@ -681,31 +709,6 @@ def _check_rows(system: System) -> None:
     for name, push in at.forces.items():
         if not push.any():
             raise ValueError(f"{name} accelerates the ground, but no mass has a participation.")
-
-
-def _check_on(name: str, on: str, points: tuple[str, ...], ground: bool) -> None:
-    known = [*dict.fromkeys([*(["mass"] if len(points) == 1 else []), *points, *(["ground"] if ground else [])])]
-    if on not in known:
-        near = meant(on, known) or "."
-        raise ValueError(f"on of {name} must be {listed([*map(repr, known)], 'or')}, not {shown(on)}{near}")
-
-
-def _check_between(name: str, part: Any, points: tuple[str, ...]) -> None:
-    known = ("ground", *points)
-    if part.between is None:
-        if len(points) > 1:
-            raise ValueError(f"{name} must say between which masses it acts, as between=({known[0]!r}, {known[1]!r}).")
-        return
-    for end in part.between:
-        if end not in known:
-            near = meant(end, known) or f"; there are {listed([*known])}."
-            raise ValueError(
-                f"{name} is between {part.between[0]!r} and {part.between[1]!r}, but {end!r} is no mass{near}"
-            )
-    if len(points) == 1 and part.between[0] != "ground":
-        raise ValueError(
-            f"{name} must be between ('ground', {points[0]!r}), in this order: x is measured from the ground."
-        )
 
 
 def _check_alone(system: System) -> None:
@@ -757,7 +760,7 @@ def along(system: System, way: Floats) -> Potential:
         force = np.array([c * stretch ** (n + 1) for n, c in enumerate(part.force_coefficients())])
         coefficients[: len(force)] += force
         sizes[: len(force)] += np.abs(force)
-        if isinstance(part, Stop):
+        if name in system.stops:
             stop = part if stretch > 0.0 else part.mirrored()
             place = float(stop.position) / abs(stretch)
             if (soft := stop.soft_stop) is not None:
@@ -788,7 +791,7 @@ def _check_walls(system: System) -> None:
 
 
 def _check_pair(stops: list[tuple[str, Stop, Stop]], x: str) -> None:
-    walls = [each for each in stops if not isinstance(each[1], SoftStop)]
+    walls = [each for each in stops if each[1].soft_stop is None]
     for name, stop, wall in walls:
         for other, seen, before in walls:
             hidden = (before.position - wall.position) * wall.inwards >= 0.0
@@ -800,7 +803,7 @@ def _check_pair(stops: list[tuple[str, Stop, Stop]], x: str) -> None:
     if not low < high:
         raise ValueError(f"the walls must leave room: {x} >= {low:g} and {x} <= {high:g} cannot both hold.")
     for name, stop, soft in stops:
-        if isinstance(soft, SoftStop) and (
+        if soft.soft_stop is not None and (
             soft.position <= low if soft.free_side == "above" else soft.position >= high
         ):
             raise ValueError(f"{name} at {stop.position:g} must not lie behind a wall: it is never touched.")
@@ -811,7 +814,7 @@ def _check_rounds(pairs: dict[tuple[str, str], list[tuple[str, Stop, Stop]]]) ->
     gaps: dict[tuple[str, str], tuple[float, tuple[str, ...]]] = {}  # the most that the second is ahead of the first
     for (first, second), stops in pairs.items():
         for name, _, wall in stops:
-            if not isinstance(wall, SoftStop):
+            if wall.soft_stop is None:
                 way, most = (
                     ((first, second), wall.position) if wall.free_side == "below" else ((second, first), -wall.position)
                 )

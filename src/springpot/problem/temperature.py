@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
 
 from springpot.machine.arguments import LARGEST, check_plain, finite_number, numbers_in_array
-from springpot.problem.parts.dampers import Dashpot
 from springpot.problem.parts.registration import Part
-from springpot.problem.parts.springpots import FractionalMaxwell, Maxwell, Springpot
 from springpot.problem.system import System, checked_system
 
 Model = TypeVar("Model")
@@ -229,23 +227,11 @@ class Shift:
         Dashpot(coefficient=2.0)
         """
         factor = self.of(celsius)
-        found: Model = _shifted(model, factor) if isinstance(model, Part) else _whole(model, factor)
-        return found
-
-
-def _whole(model: object, factor: float) -> Any:
-    stated = checked_system(model, "model", "a System or a part").stated()
-    return System(**{name: _shifted(part, factor) for name, part in stated})
-
-
-def _shifted(part: Any, factor: float) -> Any:
-    match part:
-        case Springpot():
-            check_plain(part.order, "order", f"C a^order cannot follow it, {_MARK_SHIFTED}")
-            return replace(part, coefficient=part.coefficient * factor**part.order)
-        case Dashpot() | Maxwell():
-            return replace(part, coefficient=part.coefficient * factor)
-        case FractionalMaxwell():
-            return replace(part, springpot=_shifted(part.springpot, factor))
-        case _:
-            return part
+        found: Any
+        if isinstance(model, Part):
+            found = model.slowed(factor)
+        else:
+            stated = checked_system(model, "model", "a System or a part").stated()
+            found = System(**{name: part.slowed(factor) for name, part in stated})
+        shifted: Model = found
+        return shifted

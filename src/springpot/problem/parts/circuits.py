@@ -22,6 +22,7 @@ class Circuit(Element, abstract=True):
     """
 
     is_linear, remembers, dissipates, is_thermal, is_odd, has_modulus = True, True, True, True, True, True
+    is_seen = True
 
     coupling: Annotated[float, Number("θ", "coupling", "N V-1", "positive", "It is theta in N/V.", mass=0.5)]
     resistance: Annotated[float, Number("R", "resistance", "ohm", "positive", "It is R in ohm.")]

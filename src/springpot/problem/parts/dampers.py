@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 from springpot.problem.parts.checks import coefficients, put, signed
@@ -34,7 +34,7 @@ class Dashpot(Element):
 
     said, glyph, powers = "dashpot", "dashpot", ("damping",)
     is_linear, remembers, is_thermal, is_odd = True, False, True, True
-    has_equivalent = True
+    has_equivalent, is_seen, is_of_paper = True, True, True
 
     coefficient: Annotated[
         float, Number("c", "coefficient", "N s m-1", "unsigned", "It is the damper's force per velocity.")
@@ -53,6 +53,15 @@ class Dashpot(Element):
     def slow_springpot(self) -> tuple[float, float]:
         """Itself: of order 1."""
         return 1.0, self.coefficient
+
+    @property
+    def fast_springpot(self) -> tuple[float, float]:
+        """Itself: of order 1."""
+        return 1.0, self.coefficient
+
+    def slowed(self, factor: float) -> Dashpot:
+        """A stronger one."""
+        return replace(self, coefficient=self.coefficient * factor)
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """c <v^2>."""
@@ -114,6 +123,16 @@ class PolynomialDashpot(Element):
     def is_linear(self) -> bool:
         """Whether only the first coefficient is not 0."""
         return not any(self.coefficients[1:])
+
+    @property
+    def is_of_paper(self) -> bool:
+        """As a linear damper."""
+        return self.is_linear
+
+    @property
+    def is_seen(self) -> bool:
+        """As a linear damper."""
+        return self.is_linear
 
     @property
     def is_thermal(self) -> bool:
@@ -184,7 +203,7 @@ class VanDerPol(Element):
 
     said, glyph, powers = "van der pol", "dashpot", ("taken",)
     is_linear, remembers, dissipates, is_thermal, is_odd = False, False, True, False, True
-    has_equivalent = True
+    has_equivalent, is_placed, feeds = True, True, True
 
     coefficient: Annotated[
         float, Number("μ", "coefficient", "N s m-3", "positive", "It is mu of mu (x^2 - length^2) v.")

@@ -20,7 +20,7 @@ from springpot.machine.arguments import (
     items_of,
     without_axis,
 )
-from springpot.machine.faults import FileError, known_word, listed, per_cent, shown
+from springpot.machine.faults import FileError, known_word, listed, meant, per_cent, shown
 from springpot.problem.messages import warn_of_file
 from springpot.problem.parts.checks import numbers_in, put
 from springpot.problem.parts.envelopes import Envelope
@@ -33,6 +33,7 @@ from springpot.problem.parts.registration import (
     Number,
     Part,
     PointName,
+    check_between,
     checked_ends,
 )
 from springpot.problem.spectral_density import (
@@ -49,6 +50,8 @@ from springpot.problem.spectral_density import (
 
 if TYPE_CHECKING:
     from springpot.files.table import Stated
+    from springpot.machine.arrays import Floats
+    from springpot.problem.coordinates import Coordinates
 
 __all__ = [
     "CloughPenzienNoise",
@@ -86,6 +89,7 @@ class Excitation(Part, abstract=True):
     """What is on the right-hand side of the equation of motion."""
 
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True  # where a kind says no other
+    shakes_ground = True  # whether it may act on the ground
     envelope = cast(Any, None)  # a field of the noises that can have one
     filter_order: ClassVar[int | None] = None  # states of the filter that white noise drives; None of other excitation
     factor = ""  # what stands before its symbol in the equation
@@ -98,6 +102,37 @@ class Excitation(Part, abstract=True):
                 "envelope must be an envelope, such as ExponentialEnvelope(slow=0.2, fast=0.6), not "
                 f"{shown(self.envelope)}."
             )
+
+    def push(self, at: Coordinates) -> Floats | None:
+        """On its point."""
+        return at.push(getattr(self, "on", "mass"))
+
+    def check_ends(self, name: str, points: tuple[str, ...]) -> None:
+        """That it acts on one of them."""
+        of_one, ground = ["mass"] if len(points) == 1 else [], ["ground"] if self.shakes_ground else []
+        known, on = [*dict.fromkeys([*of_one, *points, *ground])], getattr(self, "on", "")
+        if on and on not in known:
+            near = meant(on, known) or "."
+            raise ValueError(f"on of {name} must be {listed([*map(repr, known)], 'or')}, not {shown(on)}{near}")
+
+    @property
+    def feeds(self) -> bool:
+        """Where it is a noise."""
+        return bool(self.noise)
+
+    @property
+    def is_random(self) -> bool:
+        """Whether paths differ by chance under it."""
+        return bool(self.noise)
+
+    @property
+    def is_banded(self) -> bool:
+        """Whether it feeds motions of some frequencies alone."""
+        return False
+
+    def fed_into_mode(self, frequency: float) -> float:
+        """Power that it feeds into a mode of unit modal mass, about."""
+        return float(self.fed_into(max(frequency, 1e-300), lambda: 0.0, 0.0))
 
     def alone(self) -> Self:
         """On the mass, whatever its name."""
@@ -155,12 +190,18 @@ class WhiteNoise(Excitation):
 
     said, glyph, powers = "white noise", "rough", ("input",)
     has_density, is_white, filter_order = True, True, 0
+    noise, is_of_paper = "white", True
 
     intensity: Annotated[
         float, Number("q", "intensity", "N2 s", "unsigned", "It is q = sigma^2 of the white noise.")
     ] = 1.0
     on: On = "mass"
     envelope: Over = field(default=None, repr=False, kw_only=True)
+
+    @property
+    def feeds(self) -> bool:
+        """Whether it is not 0."""
+        return bool(self.intensity)
 
     @classmethod
     def from_psd(cls, psd: float, psd_unit: DensityUnit, *, sides: Sides = 1, on: str = "") -> WhiteNoise:
@@ -246,6 +287,7 @@ class ColoredNoise(Excitation):
 
     said, glyph, powers = "colored noise", "smooth", ("fed",)
     has_density, filter_order = True, 1
+    noise = "filtered"
 
     variance: Annotated[float, Number("s²", "variance", "N2", "positive", "It is the mean square of the noise.")]
     correlation_time: Annotated[float, Number("τ", "correlation time", "s", "positive", "It is in s.")]
@@ -293,6 +335,7 @@ class GroundNoise(Excitation, abstract=True):
 
     said, glyph, powers = "ground noise", "smooth", ("fed",)
     has_density = True
+    noise = "filtered"
 
     frequency: Annotated[float, Number("ω", "filter at", "rad s-1", "positive", "It is the filter's, in rad/s.")]
     damping: Annotated[float, Number("ζ", "damping ratio", "1", "share", "It is the filter's damping ratio.")]
@@ -574,7 +617,7 @@ class Constant(Excitation):
     """
 
     said, glyph, powers = "constant", "flat", ("stored",)
-    is_odd = False
+    is_odd, shakes_ground = False, False
 
     force: Annotated[float, Number("F", "force", "N", "signed", "It is constant, in N.")]
     on: On = field(default="mass", repr=False, kw_only=True)
@@ -618,6 +661,7 @@ class Harmonic(Excitation):
 
     said, glyph, powers = "harmonic", "sine", ("fed",)
     is_gaussian = False
+    is_random, is_banded = True, True
 
     amplitude: Annotated[float, Number("F", "amplitude", "N", "unsigned", "It is that of the force.")]
     frequency: Annotated[float, Number("ν", "frequency", "rad s-1", "positive", "It is in rad/s.")]
@@ -629,7 +673,17 @@ class Harmonic(Excitation):
         away = (frequency * frequency - self.frequency**2) ** 2 + (taken * self.frequency) ** 2
         return 0.5 * self.amplitude**2 * taken * self.frequency**2 / away
 
-    def fastest_rate(self, law: Law) -> float:
+    def fed_into_mode(self, frequency: float) -> float:
+        """As if it were spread over its own frequency."""
+        return 0.5 * self.amplitude**2 / self.frequency
+
+    @property
+    def feeds(self) -> bool:
+        """Whether it is not 0."""
+        return bool(self.amplitude)
+
+    @property
+    def rate_of_its_own(self) -> float:
         """Half of its frequency."""
         return 0.5 * self.frequency
 
@@ -705,6 +759,7 @@ class SpectralExcitation(Excitation):
 
     said, glyph, powers = "noise of a given spectral density", "smooth", ("fed",)
     has_density = True
+    noise, is_banded = "filtered", True
     instead = {  # noqa: RUF012
         "level": Instead(
             "scale", Number("L", "level above the table", "dB", "signed"), lambda _, dB: 10.0 ** min(0.1 * dB, 99.0)
@@ -1176,6 +1231,8 @@ class Force(Excitation):
 
     said, glyph, powers = "force", "sine", ("work",)
     is_linear, is_thermal, is_odd, is_gaussian = False, False, False, False
+    shakes_ground = False
+    is_placed, sustains = True, True  # for all that is known of it
 
     function: Callable[[float, float, float], float]
     share: Annotated[
@@ -1193,6 +1250,20 @@ class Force(Excitation):
             put(self, between=checked_ends(self.between))
             if self.on != "mass":
                 raise ValueError(f"on must be left out of a force between two ends, not {self.on!r}.")
+
+    def elongation(self, at: Coordinates) -> Floats:
+        """Of its two ends, or of its mass."""
+        return at.row(self.between) if self.between else at.push(self.on)
+
+    def push(self, at: Coordinates) -> None:
+        """None: it sees the motion."""
+
+    def check_ends(self, name: str, points: tuple[str, ...]) -> None:
+        """Of its two ends, or of its mass."""
+        if self.between:
+            check_between(name, self.between, points)
+        else:
+            super().check_ends(name, points)
 
     @property
     def has_function(self) -> bool:
@@ -1233,6 +1304,7 @@ class PoissonImpulses(Excitation):
 
     said, glyph, powers = "poisson impulses", "spikes", ("input",)
     has_density, is_white, is_gaussian, filter_order = True, True, False, 0
+    noise = "impulses"
 
     rate: Annotated[float, Number("λ", "rate", "s-1", "positive", "It is the number of impulses per second.")]
     mean_square: Annotated[float, Number("y²", "mean square", "N2 s2", "positive", "It is that of an impulse.")]
@@ -1294,11 +1366,16 @@ class ParametricNoise(Element, Excitation):
 
     said, glyph, powers = "parametric noise", "rough", ("input",)
     is_linear, is_gaussian, factor = False, False, "x "
+    noise = "white"
+    is_placed, sustains = True, False  # what does not move, it leaves at rest
 
     intensity: Annotated[
         float, Number("q", "intensity", "N2 s m-2", "positive", "It is that of the noise that multiplies x.")
     ]
     envelope: Over = field(default=None, repr=False, kw_only=True)
+
+    def push(self, at: Coordinates) -> None:
+        """None: it acts along the row that it sees."""
 
     def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
         """It grows with the elongation."""
@@ -1337,8 +1414,12 @@ class ThermalNoise(Excitation):
 
     said, glyph, powers = "thermal noise", "rough", ("fed",)
     excites = True
+    noise = "white"
 
     temperature: Annotated[float, Number("kT", "temperature", "J", "positive", "It is kT, an energy.")]
+
+    def push(self, at: Coordinates) -> None:
+        """None: it acts along the rows of dissipators."""
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""

@@ -32,6 +32,7 @@ class Yielding(Element, abstract=True):
 
     glyph, powers = "slider arm", ("taken",)
     is_linear, remembers, dissipates, is_thermal, is_odd, yields = False, True, True, False, True, True
+    is_seen = True
     doubt: ClassVar[str]  # of what linearization makes of it
 
     @property

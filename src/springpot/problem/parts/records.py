@@ -213,6 +213,11 @@ class RecordedExcitation(Excitation):
         return self.taken == "at random" and self.count > 1
 
     @property
+    def is_random(self) -> bool:
+        """Where chance decides which record a path has."""
+        return self.is_drawn
+
+    @property
     def duration(self) -> float:
         """From the first point to the last of the longest, in s."""
         return max(time[-1] - time[0] for time, _ in self.records)

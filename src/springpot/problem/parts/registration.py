@@ -14,15 +14,33 @@ from functools import cache
 from inspect import get_annotations
 from sys import modules
 from types import SimpleNamespace
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol, Self, get_args, get_origin, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    NamedTuple,
+    Protocol,
+    Self,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 from springpot.machine.arguments import LARGEST, checked_name, finite_number
-from springpot.machine.faults import listed, shown
+from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts.checks import Checked, as_call, put
+
+if TYPE_CHECKING:
+    from springpot.machine.arrays import Floats
+    from springpot.problem.coordinates import Coordinates
 
 Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
 """What becomes of a part's power: none of an inertia, stored in a potential, or in the sum of all that damps; a result
 of its own, taken from the motion, fed in or of either sign; fed in, with a mean known beforehand; taken by a stop."""
+Noise = Literal["", "white", "impulses", "filtered"]
+"""None; white; impulses at random times; or one with a value at every time, which filters make of a white one."""
 Range = Literal["positive", "unsigned", "signed", "share", "fraction", "order", "exponent"]
 Slopes = list[tuple[float, Any]]
 """Numbers of a part, and the derivative of its modulus by each."""
@@ -374,6 +392,8 @@ class Part(Checked):
     glyph: ClassVar[str]
     powers: ClassVar[tuple[Power, ...]]
     beside: ClassVar[tuple[str, ...]] = ()  # what else a family of parts must state
+    has_ends: ClassVar[bool] = False  # whether it acts between two points
+    noise: ClassVar[Noise] = ""  # in its force
     of_load: ClassVar[Literal["", "voltage", "current"]] = ""
 
     @property
@@ -443,6 +463,31 @@ class Part(Checked):
     def is_bent(self) -> bool:
         """Whether its force is a nonlinear function of the displacement."""
         return any(self.force_coefficients()[2:])
+
+    def energy_beside(self, elongation: Floats) -> Any:
+        """Potential energy at elongations, beside that of its linear spring; infinite behind a wall."""
+        from numpy.polynomial import polynomial  # here, so that the command starts quickly
+
+        return polynomial.polyval(elongation, polynomial.polyint([0.0, 0.0, *self.force_coefficients()[2:]]))
+
+    @property
+    def is_placed(self) -> bool:
+        """Whether its own law has x in it, beside a spring's: seen from another place it is another law."""
+        return False
+
+    def seen_from(self, origin: float) -> Self:
+        """The same part where x is measured from another place."""
+        return self
+
+    @property
+    def is_of_paper(self) -> bool:
+        """Whether the paper's problem can have it."""
+        return False
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether a run can show its force."""
+        return False
 
     @property
     def linear_damping(self) -> float:
@@ -562,6 +607,34 @@ class Part(Checked):
         """Order and coefficient of the springpot that it is for slow motion; the order is 0 if it is none."""
         return 0.0, 0.0
 
+    @property
+    def fast_springpot(self) -> tuple[float, float]:
+        """The same of the springpot or dashpot that it is for fast motion."""
+        return 0.0, 0.0
+
+    @property
+    def creeps(self) -> bool:
+        """Whether its memory fades like a power of time."""
+        return False
+
+    def slow_dashpot(self, square: float, theta: float) -> float:
+        """The dashpot that a part which yields is for slow displacements, beside a stiffness and a fast motion."""
+        return 0.0
+
+    def slowed(self, factor: float) -> Self:
+        """The same material where everything takes this many times as long, as in the cold."""
+        return self
+
+    @property
+    def feeds(self) -> bool:
+        """Whether it feeds energy into a motion, whose size follows from that."""
+        return False
+
+    @property
+    def sustains(self) -> bool:
+        """Whether a motion that begins at rest goes on for ever with it."""
+        return self.feeds
+
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """What it takes of a motion of unit mass at a frequency: a rate, times the temperature, and a power beside."""
         return 0.0, 0.0
@@ -614,6 +687,28 @@ class Part(Checked):
     def slopes(self, p: Any) -> Slopes:
         """The derivative of the modulus by each of its numbers that is in it."""
         return [(number, slope) for number, slope in ((self.linear_stiffness, 1.0), (self.linear_damping, p)) if number]
+
+    def elongation(self, at: Coordinates) -> Floats | None:
+        """The row of the motion that it sees, along which its force acts; None of what sees none."""
+        return None
+
+    def push(self, at: Coordinates) -> Floats | None:
+        """The forces on the coordinates per unit of what it is; None of what acts along a row that it sees."""
+        return None
+
+    def check_ends(self, name: str, points: tuple[str, ...]) -> None:
+        """That it acts at points of the system.
+
+        Raises
+        ------
+        ValueError
+            If it is to act at another one, or does not say where.
+        """
+
+    @property
+    def together(self) -> Self:
+        """The one part that does what all of several equal ones do."""
+        return self
 
     def alone(self) -> Self:
         """The same part where there is one mass, which needs no name."""
@@ -700,6 +795,8 @@ class Element(Part, abstract=True):
     Spring(stiffness=320.0)
     """
 
+    has_ends = True
+
     between: Ends = field(default=None, repr=False)
     count: Count = field(default=1, repr=False)
     group: GroupName = field(default="", repr=False)
@@ -719,6 +816,14 @@ class Element(Part, abstract=True):
     def together(self) -> Self:
         """The one part that does what all ``count`` equal ones do side by side."""
         return self if self.count == 1 else replace(self, count=1).per_mass(1.0 / self.count)
+
+    def elongation(self, at: Coordinates) -> Floats:
+        """That of its two ends."""
+        return at.row(self.between)
+
+    def check_ends(self, name: str, points: tuple[str, ...]) -> None:
+        """That they are two points, or the ground and a point."""
+        check_between(name, self.between, points)
 
     def alone(self) -> Self:
         """Without its ends, and without a group."""
@@ -744,6 +849,29 @@ def checked_ends(given: object) -> tuple[str, str]:
     if first == second:
         raise ValueError(f"between must be two different ends, not {first!r} twice.")
     return first, second
+
+
+def check_between(name: str, between: Ends, points: tuple[str, ...]) -> None:
+    """Check that a part of this name acts between two of these points, or the ground and one of them.
+
+    Raises
+    ------
+    ValueError
+        If it does not, or does not say between which.
+    """
+    known = ("ground", *points)
+    if between is None:
+        if len(points) > 1:
+            raise ValueError(f"{name} must say between which masses it acts, as between=({known[0]!r}, {known[1]!r}).")
+        return
+    for end in between:
+        if end not in known:
+            near = meant(end, known) or f"; there are {listed([*known])}."
+            raise ValueError(f"{name} is between {between[0]!r} and {between[1]!r}, but {end!r} is no mass{near}")
+    if len(points) == 1 and between[0] != "ground":
+        raise ValueError(
+            f"{name} must be between ('ground', {points[0]!r}), in this order: x is measured from the ground."
+        )
 
 
 _OF_A_POWER = {"stored": "force_coefficients", "inertia": "inertia"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 from springpot.machine.arguments import LARGEST, Free, check_plain, finite_number
@@ -42,6 +42,7 @@ class Springpot(Element):
 
     said, glyph, powers = "springpot", "springpot", ("damping",)
     is_linear, is_thermal, is_odd, has_modulus = True, True, True, True
+    is_seen, is_of_paper = True, True
 
     order: Annotated[float, Number("α", "order", "1", "order", "It runs from 0 (a spring) to 1 (a dashpot).")]
     coefficient: Annotated[
@@ -136,6 +137,21 @@ class Springpot(Element):
         """Itself."""
         return self.order, self.coefficient
 
+    @property
+    def fast_springpot(self) -> tuple[float, float]:
+        """Itself."""
+        return self.order, self.coefficient
+
+    @property
+    def creeps(self) -> bool:
+        """Where it has a memory."""
+        return self.remembers
+
+    def slowed(self, factor: float) -> Springpot:
+        """C times the power of the factor."""
+        check_plain(self.order, "order", "C a^order cannot follow it, mark numbers of the shifted parts instead")
+        return replace(self, coefficient=self.coefficient * factor**self.order)
+
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """Im K(i w) / w."""
         return self.modulus(1j * frequency).imag / frequency, 0.0
@@ -213,6 +229,7 @@ class FractionalMaxwell(Element):
 
     said, glyph, powers = "fractional maxwell", "springpot arm", ("damping",)
     is_linear, remembers, dissipates, is_thermal, is_odd, has_modulus = True, True, True, True, True, True
+    is_seen, creeps = True, True
 
     springpot: Annotated[Springpot, _IN_SERIES]
     spring: Annotated[Spring, {"stiffness": Number("k", "spring", "N m-1")}]
@@ -267,6 +284,10 @@ class FractionalMaxwell(Element):
             (pot.coefficient * share) ** (1.0 / (2.0 - pot.order)),
             _power_of(k / pot.coefficient, 1.0 / pot.order),
         ]
+
+    def slowed(self, factor: float) -> FractionalMaxwell:
+        """With a slower springpot."""
+        return replace(self, springpot=self.springpot.slowed(factor))
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """Im K(i w) / w."""
@@ -324,6 +345,7 @@ class Maxwell(Element):
 
     said, glyph, powers = "maxwell", "dashpot arm", ("damping",)
     is_linear, remembers, dissipates, is_thermal, is_odd, has_modulus = True, True, True, True, True, True
+    is_seen = True
 
     stiffness: Annotated[
         float, Number("k", "stiffness", "N m-1", "positive", "It is the spring's force per displacement.")
@@ -354,6 +376,10 @@ class Maxwell(Element):
     def scales(self, stiffness: float = 0.0, share: float = 0.0) -> list[float]:
         """Where its spring holds, and where it begins to."""
         return [math.sqrt(stiffness + self.stiffness * share), self.stiffness / self.coefficient]
+
+    def slowed(self, factor: float) -> Maxwell:
+        """With a stronger dashpot."""
+        return replace(self, coefficient=self.coefficient * factor)
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """Im K(i w) / w."""

@@ -38,6 +38,7 @@ class Spring(Element):
     said, glyph, powers = "spring", "spring", ("stored",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
     has_equivalent = True
+    is_seen, is_of_paper = True, True
 
     stiffness: Annotated[
         float, Number("k", "stiffness", "N m-1", "signed", "It is the spring's force per displacement.")
@@ -75,6 +76,7 @@ class PolynomialSpring(Element):
 
     said, glyph, powers = "polynomial spring", "spring", ("stored",)
     remembers, dissipates, is_thermal, has_equivalent = False, False, True, True
+    is_seen = True
 
     coefficients: Annotated[tuple[float, ...], Number("k", "x", "N", "signed", per="m")]
 
@@ -86,6 +88,11 @@ class PolynomialSpring(Element):
     def is_linear(self) -> bool:
         """Whether only the first coefficient is not 0."""
         return not any(self.coefficients[1:])
+
+    @property
+    def is_of_paper(self) -> bool:
+        """As a linear spring."""
+        return self.is_linear
 
     @property
     def is_odd(self) -> bool:

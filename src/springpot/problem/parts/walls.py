@@ -13,6 +13,9 @@ from springpot.machine.without_scipy import root_between
 from springpot.problem.parts.checks import Checked, put
 from springpot.problem.parts.registration import Element, Law, Number, check, kind_of, stated_numbers
 
+if TYPE_CHECKING:
+    from springpot.machine.arrays import Floats
+
 __all__ = [
     "Barrier", "Contact", "PowerRestitution", "Restitution", "RestitutionLaw", "Side", "SoftStop", "Stop",
     "restitution_at", "restitution_of_missed", "slow_restitution",
@@ -132,6 +135,10 @@ class Stop(Element, abstract=True):
         """The sign of its force on the mass."""
         return 1.0 if self.free_side == "above" else -1.0
 
+    def seen_from(self, origin: float) -> Self:
+        """It is at its distance from there."""
+        return replace(self, position=self.position - origin)  # type: ignore[call-arg]
+
     def mirrored(self) -> Self:
         """The same in the mirror, x -> -x."""
         other: Side = "below" if self.free_side == "above" else "above"
@@ -173,7 +180,7 @@ class Barrier(Stop):
     """
 
     said, glyph, powers = "wall", "stop", ("stop",)
-    is_linear, remembers, is_thermal, is_odd = False, False, True, False
+    is_linear, remembers, is_thermal, is_odd, is_of_paper = False, False, True, False, True
 
     position: Annotated[float, Number("b", "position", "m", "signed", "It is the position of the wall.")] = 0.0
     restitution: Annotated[
@@ -200,9 +207,20 @@ class Barrier(Stop):
         return callable(self.restitution) and not isinstance(self.restitution, Restitution)
 
     @property
+    def has_law(self) -> bool:
+        """Whether its restitution depends on the speed."""
+        return callable(self.restitution)
+
+    @property
     def is_elastic(self) -> bool:
         """Whether no impact takes energy."""
         return self.restitution == 1.0
+
+    def energy_beside(self, elongation: Floats) -> Any:
+        """Infinite behind it."""
+        import numpy as np  # here, so that the command starts quickly
+
+        return np.where(self.inwards * (elongation - self.position) < 0.0, math.inf, 0.0)
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """What impacts at the usual speed take, of the flux of a normal velocity."""
@@ -264,7 +282,7 @@ class Contact(SoftStop):
     """
 
     said, glyph, powers = "soft contact", "stop", ("stop",)
-    is_linear, remembers, is_odd = False, False, False
+    is_linear, remembers, is_odd, is_seen = False, False, False, True
 
     position: Annotated[float, Number("b", "position", "m", "signed", "It is where the mass first touches.")]
     stiffness: Annotated[float, Number("k", "stiffness", "N m^-exponent", "positive", "It is k of k d^exponent.")]
@@ -275,6 +293,25 @@ class Contact(SoftStop):
         float, Number("χ", "dissipation", "s m-1", "unsigned", "It is chi of k d^exponent (1 + chi d').")
     ] = 0.0
     free_side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
+
+    def energy_beside(self, elongation: Floats) -> Any:
+        """k d^(p + 1) / (p + 1)."""
+        import numpy as np  # here, so that the command starts quickly
+
+        depth = np.maximum(self.inwards * (self.position - elongation), 0.0)
+        return self.stiffness * depth ** (self.exponent + 1.0) / (self.exponent + 1.0)
+
+    def fastest_touch(self, reduced: float, speed: float) -> float:
+        """Rate of the linear spring as stiff as it is where a mass is deepest in it that touches it at a speed."""
+        power = self.exponent + 1.0
+        depth = (0.5 * power * reduced * speed**2 / self.stiffness) ** (1.0 / power)
+        return math.sqrt(self.exponent * self.stiffness * depth ** (self.exponent - 1.0) / reduced)
+
+    def stop_rate(self, reduced: float, speed: float) -> float:
+        """At which its dissipation alone stops a mass that touches it at a speed, m v dv/dd = -k d^p chi v."""
+        power = self.exponent + 1.0
+        stop = (self.stiffness * self.dissipation / (power * reduced)) ** (1.0 / power)
+        return float(stop * speed ** (1.0 - 1.0 / power))
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """k <d^p> chi <v^2>."""
