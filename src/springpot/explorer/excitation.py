@@ -64,7 +64,7 @@ def charts_of_excitation(system: System, frequency: float) -> Iterator[dict[str,
     for name, part in system.named():
         if not isinstance(part, Excitation):
             continue
-        if hasattr(part, "density") and not isinstance(part, WhiteNoise):
+        if part.noise in ("filtered", "impulses"):
             yield _density(system, name, part, natural)
         if isinstance(part, RecordedExcitation):
             yield _record(system, name, part)

@@ -23,6 +23,7 @@ from springpot.problem.parts import (
     Constant,
     Contact,
     Mass,
+    ParametricNoise,
     Point,
     RecordedExcitation,
     Springpot,
@@ -349,6 +350,11 @@ class System:
     def records(self) -> dict[str, RecordedExcitation]:
         """Its recorded excitations by name."""
         return {name: part for name, part in self.named() if isinstance(part, RecordedExcitation)}
+
+    @cached_property
+    def multiplied(self) -> dict[str, ParametricNoise]:
+        """Its noises that multiply elongations, by name."""
+        return {name: part for name, part in self.named() if isinstance(part, ParametricNoise)}
 
     @cached_property
     def thermal(self) -> ThermalNoise | None:

@@ -120,6 +120,15 @@ class Excitation(Part, abstract=True):
         """Where it is a noise."""
         return bool(self.noise)
 
+    def density(self, w: float) -> float:
+        """Two-sided spectral density per rad/s of a stationary noise in it; 0 of what has none."""
+        return 0.0
+
+    @property
+    def slow_intensity(self) -> float:
+        """That of the white noise which moves what is slow alike."""
+        return 2.0 * math.pi * self.density(0.0)
+
     @property
     def is_random(self) -> bool:
         """Whether paths differ by chance under it."""

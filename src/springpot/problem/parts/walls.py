@@ -308,7 +308,10 @@ class Contact(SoftStop):
         return math.sqrt(self.exponent * self.stiffness * depth ** (self.exponent - 1.0) / reduced)
 
     def stop_rate(self, reduced: float, speed: float) -> float:
-        """At which its dissipation alone stops a mass that touches it at a speed, m v dv/dd = -k d^p chi v."""
+        """At which its dissipation alone stops a mass that touches it at a speed, m v dv/dd = -k d^p chi v.
+
+        A longer step is stable, but off.
+        """
         power = self.exponent + 1.0
         stop = (self.stiffness * self.dissipation / (power * reduced)) ** (1.0 / power)
         return float(stop * speed ** (1.0 - 1.0 / power))

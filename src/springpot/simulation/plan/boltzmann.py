@@ -14,8 +14,6 @@ from typing import Any
 import numpy as np
 
 from springpot.machine.arrays import Floats
-from springpot.problem.parts import Barrier, Contact, ThermalNoise
-from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
 from springpot.simulation.plan.guess import BoltzmannLaw
 
@@ -60,15 +58,7 @@ class BoltzmannOfModes:
         """The probability with which each of some displacements is kept."""
         energy = np.zeros(len(x))
         for row, part in self.others:
-            u = x @ row
-            if isinstance(part, Barrier):
-                energy[part.inwards * (u - part.position) < 0.0] = math.inf
-            elif isinstance(part, Contact):
-                depth = np.maximum(part.inwards * (part.position - u), 0.0)
-                energy += part.stiffness * depth ** (part.exponent + 1.0) / (part.exponent + 1.0)
-            else:
-                force = np.array([0.0, 0.0, *part.force_coefficients()[2:]])
-                energy += np.polynomial.polynomial.polyval(u, np.polynomial.polynomial.polyint(force))
+            energy += part.energy_beside(x @ row)
         return np.exp(-energy / self.temperature)
 
     def drawn(self, normals: np.random.Generator, count: int) -> tuple[Floats, Floats]:
@@ -86,7 +76,7 @@ def boltzmann_of_modes(system: System) -> BoltzmannOfModes | None:
 
     Examples
     --------
-    >>> from springpot.problem.parts import Mass, Spring
+    >>> from springpot.problem.parts import Mass, Spring, ThermalNoise
     >>> pair = System(
     ...     Mass(1.0, at="a"), Mass(0.5, at="b"), Spring(2.0, between=("ground", "a")), Spring(1.0, between=("a", "b")),
     ...     ThermalNoise(0.6),
@@ -94,20 +84,18 @@ def boltzmann_of_modes(system: System) -> BoltzmannOfModes | None:
     >>> boltzmann_of_modes(pair).speeds.round(4).tolist()
     [[0.7746, 0.0], [0.0, 1.0954]]
     """
-    thermal = system.of(ThermalNoise)
-    driven = any(isinstance(part, Excitation) and not isinstance(part, ThermalNoise) for part in system.parts)
-    lossy = any(part.dissipates for part in system.of(Barrier, Contact))
-    if not thermal or driven or lossy or not thermal[0].temperature > 0.0:
+    driven = len(system.excitations) > 1
+    lossy = any(stop.dissipates for stop in system.stops.values())
+    if not system.thermal or driven or lossy:
         return None
     coordinates = system.coordinates
     elements = [(coordinates.elongations[name], part) for name, part in system.elements.items()]
     size = len(coordinates.names)
     values, shapes = np.linalg.eigh(system.stiffness_matrix)
-    others = tuple((row, part) for row, part in elements if isinstance(part, Barrier | Contact) or part.is_bent)
-    rises = all(isinstance(part, Barrier | Contact) or _rises(part) for _, part in others)
-    if not values[0] > _HELD * values[-1] or not rises:
+    others = tuple((row, part) for row, part in elements if not part.is_linear)
+    if not values[0] > _HELD * values[-1] or not all(_rises(part) for _, part in others):
         return None
-    theta = thermal[0].temperature
+    theta = system.thermal.temperature
     speeds = np.asarray(np.linalg.cholesky(coordinates.accelerations(theta * np.eye(size))), float)
     root = (shapes * np.sqrt(theta / values)) @ shapes.T  # symmetric: the signs of shapes are a processor's choice
     law = BoltzmannOfModes(theta, root, speeds, others)
@@ -116,6 +104,6 @@ def boltzmann_of_modes(system: System) -> BoltzmannOfModes | None:
 
 
 def _rises(part: Any) -> bool:
-    """Whether the energy of its nonlinear part is nowhere negative."""
+    """Whether the energy of a nonlinear spring beside its linear part is nowhere negative; so is that of walls."""
     force = part.force_coefficients()
     return not any(force[2::2]) and all(k >= 0.0 for k in force[3::2])

@@ -19,15 +19,6 @@ from typing import Any
 import numpy as np
 
 from springpot.machine.arrays import Floats
-from springpot.problem.parts import (
-    ColoredNoise,
-    FractionalMaxwell,
-    KanaiTajimiNoise,
-    PoissonImpulses,
-    Springpot,
-    ThermalNoise,
-    WhiteNoise,
-)
 from springpot.problem.system import System
 from springpot.simulation.plan.unsprung import holding_alone
 
@@ -77,7 +68,7 @@ class Creep:
         system, coordinates, s = self.system, self.system.coordinates, self._rates
         none = np.zeros((len(self.rows), 0, len(s)))
         k = self.stiffness
-        alone = {} if system.of(ThermalNoise) else holding_alone(system)
+        alone = {} if system.thermal else holding_alone(system)
         values = np.linalg.eigvalsh(k + coordinates.sum_of({name: pot.coefficient for name, pot in alone.items()}))
         if not values[0] > _HELD * values[-1]:
             return none, none
@@ -87,15 +78,14 @@ class Creep:
             row, beside = coordinates.elongations[name], np.asarray(part.modulus(p) - part.static_stiffness)
             matrix = matrix + beside[..., None, None] * np.outer(row, row)
         cut = np.linalg.inv(matrix).imag / math.pi * (_SPACING * s)[:, None, None]
-        g, parts = np.array([*self.rows.values()]), dict(system.named())
-        pushes = [math.sqrt(_intensity(parts[name])) * force for name, force in coordinates.forces.items()]
+        g, noises = np.array([*self.rows.values()]), system.excitations
+        pushes = [math.sqrt(noises[name].slow_intensity) * force for name, force in coordinates.forces.items()]
         for name, size in self.shaken.items():
-            pushes.append(math.sqrt(parts[name].intensity) * size * coordinates.elongations[name])
+            pushes.append(math.sqrt(system.multiplied[name].intensity) * size * coordinates.elongations[name])
         shares = np.einsum("ri,nij,kj->rkn", g, cut, np.array(pushes).reshape(-1, len(k)))
-        thermal = system.of(ThermalNoise)
-        if not thermal:
+        if not system.thermal:
             return shares, none
-        root = math.sqrt(thermal[0].temperature) * np.linalg.cholesky(k)
+        root = math.sqrt(system.thermal.temperature) * np.linalg.cholesky(k)
         return shares, np.einsum("ri,nij,jk->rkn", g, cut / s[:, None, None], root)
 
     @cached_property
@@ -121,14 +111,8 @@ def creeping(system: System) -> list[Any]:
 
     Examples
     --------
+    >>> from springpot.problem.parts import Springpot
     >>> creeping(System(Springpot(0.5, 1.0), Springpot(1.0, 1.0)))
     [Springpot(order=0.5, coefficient=1.0)]
     """
-    parts = system.of(Springpot, FractionalMaxwell)
-    return [part for part in parts if isinstance(part, FractionalMaxwell) or part.remembers]
-
-
-def _intensity(part: object) -> float:
-    """Of white noise that moves what is slow alike."""
-    noises = WhiteNoise | PoissonImpulses | ColoredNoise | KanaiTajimiNoise
-    return 2.0 * math.pi * float(part.density(0.0)) if isinstance(part, noises) else 0.0
+    return [part for _, part in system.named() if part.creeps]

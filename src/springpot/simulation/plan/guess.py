@@ -18,20 +18,9 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.machine.without_scipy import root_between
-from springpot.problem.parts import (
-    Barrier,
-    ColoredNoise,
-    Harmonic,
-    ParametricNoise,
-    SpectralExcitation,
-    Springpot,
-    ThermalNoise,
-    VanDerPol,
-    WhiteNoise,
-)
-from springpot.problem.parts.hysteresis import Yielding
+from springpot.problem.parts import Springpot
 from springpot.problem.parts.springpots import resonance
-from springpot.problem.parts.walls import SoftStop, Stop, restitution_at
+from springpot.problem.parts.walls import Stop, restitution_at
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.simulation.plan.pressed import Pressed
@@ -46,8 +35,6 @@ _CLOSE = {"xtol": 1e-300, "rtol": 1e-14}  # of a root
 _GUESSED = 1.5  # factor on the forgetting time
 OF_HOPS = 0.1  # of the rate that the default step follows on a pressed wall: what longer steps must follow
 _NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
-_ROUGH = WhiteNoise, ParametricNoise, ThermalNoise
-"""Noise under which a mass on a wall never rests."""
 _DRIFTS = "system must have a spring, or a wall on each side: with parts that yield alone the mass drifts without end."
 
 
@@ -177,7 +164,7 @@ def guessed_law(system: System) -> BoltzmannLaw:
     unit = system.per_unit_mass
     potential = _holding(unit)
     if not potential.holds():
-        raise ValueError(_DRIFTS if unit.of(Yielding) else _NOT_HELD)
+        raise ValueError(_DRIFTS if any(part.yields for part in unit.parts) else _NOT_HELD)
     law = boltzmann_law(potential, _temperature(unit, potential))
     if not law.is_resolved:
         raise ValueError(f"system must move by more than rounding: its motion about {law.places[0]:g} m is too small.")
@@ -208,18 +195,17 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
     curved = float(np.abs(smooth.curvature(law.places) - frequency**2).max())
     near = law.places[law.shares > 0.01 * law.shares.max()]
     rates = [frequency, math.sqrt(float(np.abs(smooth.curvature(near)).max())), 0.5 * math.sqrt(curved)]
-    walls: list[Stop] = [*unit.of(Barrier), *unit.of(SoftStop)]
-    rates += [_hops(smooth, law, frequency, wall) for wall in walls]
+    rates += [_hops(smooth, law, frequency, stop) for stop in unit.stops.values()]
     hops = rate_on_pressed_walls(unit, law)
     rates.append(OF_HOPS * hops)
     rates += [part.fastest_rate(law) for part in unit.parts]
-    creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
+    creep = [_creep_time(part, law.frequency) for part in unit.springpots.values()]
     # the motion is faster, and loses its energy more slowly, by the stiffness of what has memory
     stiffened = resonance(law.frequency**2, [part for part in unit.parts if part.remembers])
     taken = dissipated(unit.parts, law, stiffened) + sum(part.fed_beside(law) for part in unit.parts)
     energy_time = beat(unit) * theta / taken if taken > 0.0 else math.inf
     # the dashpots that the fast motion makes of parts that yield, for slow displacements
-    yielded = sum(part.slow_dashpot(law.frequency**2, theta) for part in unit.of(Yielding))
+    yielded = sum(part.slow_dashpot(law.frequency**2, theta) for part in unit.parts)
     own_time, yielding = max(part.time_of_its_own for part in unit.parts), _overdamped_time(yielded, law.frequency)
     settled = max(energy_time, own_time, _hopping_time(law, potential))
     forgetting = _GUESSED * max(energy_time, own_time, 2.0 / law.frequency, 0.5 * yielding)
@@ -241,12 +227,10 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
 
 def _temperature(unit: System, potential: Potential) -> float:
     """kT at which as much is fed in as is taken out; that of the thermal noise where there is one."""
-    if thermal := unit.of(ThermalNoise):
-        return thermal[0].temperature
+    if unit.thermal:
+        return unit.thermal.temperature
     size = _natural_energy(potential)
-    if not any(getattr(part, "intensity", 0.0) or getattr(part, "amplitude", 0.0) for part in unit.parts) and not (
-        unit.of(ColoredNoise, SpectralExcitation, VanDerPol)
-    ):
+    if not any(part.feeds for part in unit.parts):
         return size
 
     def is_fed(theta: float) -> bool:
@@ -255,7 +239,7 @@ def _temperature(unit: System, potential: Potential) -> float:
     for powers in (np.linspace(12.0, -12.0, 97), np.linspace(90.0, -90.0, 361)):  # the second where size means nothing
         thetas = (size * 10.0**powers).tolist()
         # these feed in most at some frequency: the hottest of several is found by a walk
-        if unit.of(Harmonic, SpectralExcitation):
+        if any(part.is_banded for part in unit.excitations.values()):
             hot = next((n for n, theta in enumerate(thetas) if is_fed(theta)), len(thetas))
         else:
             hot = bisect_left(thetas, True, key=is_fed)
@@ -307,13 +291,13 @@ def _hops(potential: Potential, law: BoltzmannLaw, frequency: float, wall: Stop)
 
 def rate_on_pressed_walls(unit: System, law: BoltzmannLaw) -> float:
     """The rate that a step must follow where white noise lets a pressed mass hop on a lossy wall; 0 without one."""
-    if not unit.of(*_ROUGH):
+    if not any(part.noise == "white" for part in unit.parts):  # under which a mass on a wall never rests
         return 0.0
     theta, smooth = law.temperature, replace(unit.potential, contacts=())
-    damping = dissipated((part for part in unit.parts if not isinstance(part, Barrier)), law) / theta
-    fed = damping * theta if unit.of(ThermalNoise) else _fed(unit, law)
+    damping = dissipated((part for name, part in unit.named() if name not in unit.walls), law) / theta
+    fed = damping * theta if unit.thermal else _fed(unit, law)
     rates = [0.0]
-    for wall in unit.of(Barrier):
+    for wall in unit.walls.values():
         press = wall.inwards * float(smooth.force(wall.position))
         own = Pressed(press, restitution_at(wall, math.sqrt(2.0 * theta)))
         if press > 0.0 and own.restitution < 1.0 and fed > 0.0 and _is_reached(smooth, law, wall):

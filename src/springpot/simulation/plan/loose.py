@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from springpot.machine.arrays import Floats
-from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 
 FROM_REST, HOT = 28.0, 9.0  # mean times between the neighbour's visits until 1 % is left of either start
@@ -112,7 +111,7 @@ def loose_masses(
     at = system.coordinates
     rows = at.elongations
     stops = [(part.inwards * rows[name], part.inwards * part.position) for name, part in system.stops.items()]
-    others = [rows[name] for name, part in system.elements.items() if not isinstance(part, Stop)]
+    others = [rows[name] for name, part in system.elements.items() if name not in system.stops]
     directions = _separate([*others, *at.forces.values()], len(rest)) if stops else np.zeros((len(rest), 0))
     if not directions.shape[1] or system.constant_force.any():
         return None

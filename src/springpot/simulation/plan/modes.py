@@ -15,15 +15,6 @@ from typing import Any
 import numpy as np
 
 from springpot.machine.arrays import Floats
-from springpot.problem.parts import (
-    Barrier,
-    Contact,
-    Harmonic,
-    ParametricNoise,
-    Springpot,
-    ThermalNoise,
-)
-from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.walls import restitution_at
 from springpot.problem.system import System
 from springpot.simulation.plan.pressed import Pressed
@@ -186,17 +177,18 @@ def _alone(system: System) -> float:
     """A frequency with springpots alone."""
     at = system.coordinates
     rates = [
-        (pot.coefficient / at.reduced(at.row(pot.between))) ** (1.0 / (2.0 - pot.order)) for pot in system.of(Springpot)
+        (pot.coefficient / at.reduced(at.elongations[name])) ** (1.0 / (2.0 - pot.order))
+        for name, pot in system.springpots.items()
     ]
     return max(rates, default=0.0)
 
 
 def _temperatures(system: System, frequency: Floats, rate: Floats, shapes: Floats) -> tuple[Floats, bool]:
-    if thermal := system.of(ThermalNoise):
-        return np.full(len(rate), thermal[0].temperature), True
-    fed, coordinates, parts = np.zeros(len(rate)), system.coordinates, dict(system.named())
+    if system.thermal:
+        return np.full(len(rate), system.thermal.temperature), True
+    fed, coordinates = np.zeros(len(rate)), system.coordinates
     for name, row in coordinates.forces.items():
-        fed += (row @ shapes) ** 2 * [_density(parts[name], w) for w in frequency]
+        fed += (row @ shapes) ** 2 * [system.excitations[name].fed_into_mode(w) for w in frequency]
     fed = _with_multiplied(system, frequency, rate, fed, shapes)
     # where nothing dissipates, what is fed in within a radian
     whole = float(fed.sum()) / (float(rate.sum()) if rate.sum() > 0.0 else max(float(frequency.max()), 1e-300))
@@ -209,22 +201,17 @@ def _with_multiplied(system: System, frequency: Floats, rate: Floats, fed: Float
 
     Where such noise feeds in more than is taken out, nothing of it is counted.
     """
-    noises = [(name, part) for name, part in system.named() if isinstance(part, ParametricNoise)]
+    noises = system.multiplied
     if not noises or not rate.all():
         return fed
-    seen = np.array([(system.coordinates.elongations[name] @ shapes) ** 2 for name, _ in noises])
+    seen = np.array([(system.coordinates.elongations[name] @ shapes) ** 2 for name in noises])
     w = np.maximum(frequency, _RIGID * max(float(frequency.max()), 1e-300))
-    grows = 0.5 * (seen.T * [part.intensity for _, part in noises]) @ (seen / w**2)  # of power with each temperature
+    grows = (
+        0.5 * (seen.T * [part.intensity for part in noises.values()]) @ (seen / w**2)
+    )  # of power with each temperature
     if not np.abs(np.linalg.eigvals(grows / rate[:, None])).max() < 1.0:
         return fed
     return np.asarray(rate * np.linalg.solve(np.diag(rate) - grows, fed))
-
-
-def _density(part: Any, w: float) -> float:
-    """Power that a force of unit modal mass feeds in at a frequency."""
-    if isinstance(part, Harmonic):  # as if it were spread over its own frequency
-        return 0.5 * part.amplitude**2 / part.frequency
-    return float(part.fed_into(max(w, 1e-300), lambda: 0.0, 0.0))
 
 
 def modal_scales(system: System, modes: Modes) -> Scales:
@@ -257,16 +244,16 @@ def modal_scales(system: System, modes: Modes) -> Scales:
     fastest.append(float(np.linalg.eigvals(at.accelerations(dampers.T).T).real.max()))
     arms = at.sum_of({name: part.stiffness_at_once for name, part in system.elements.items()})
     fastest.append(math.sqrt(max(float(np.linalg.eigvals(at.accelerations(arms.T).T).real.max()), 0.0)))
-    fastest += [0.5 * part.frequency for part in system.of(Harmonic)]
-    fastest += [part.rate_of_its_own for part in system.elements.values()]
-    fastest += [
-        _rate_in(part, at.reduced(row), _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
-    ]
+    fastest += [part.rate_of_its_own for _, part in system.named()]
+    touches = [(contact, at.reduced(rows[name]), _FAR * modes.speed(rows[name]))
+               for name, contact in system.contacts.items()]  # fmt: skip
+    fastest += [contact.fastest_touch(reduced, speed) for contact, reduced, speed in touches]
+    stop_rates = [contact.stop_rate(reduced, speed) for contact, reduced, speed in touches]
     fastest += [press / modes.speed(row) for row, press in pressing if modes.speed(row) > 0.0]
     largest = float(max(fastest)) or 1.0  # straight flights between walls alone have no time of their own
     damped = modes.rate[modes.damped]
     energy = [beat(system) / float(damped.min())] if damped.size else []
-    if lossy := [(part, modes.speed(row)) for part, row in elements if isinstance(part, Barrier) and part.dissipates]:
+    if lossy := [(wall, modes.speed(rows[name])) for name, wall in system.walls.items() if wall.dissipates]:
         usual = (restitution_at(wall, math.sqrt(2.0) * speed) for wall, speed in lossy)
         loss = max(1.0 - min(max(share, 0.0), 1.0) ** 2 for share in usual)
         energy = energy or [
@@ -284,7 +271,7 @@ def modal_scales(system: System, modes: Modes) -> Scales:
     return Scales(
         frequency=frequency,
         fastest_rate=largest,
-        resolved_rate=max(largest, 0.0, *_stop_rates(system, modes), *_hops(system, modes, pressing)),
+        resolved_rate=max(largest, 0.0, *stop_rates, *_hops(system, modes, pressing)),
         energy_time=settled,
         creep_time=max(yielding, *_creep_times(system, slow), 0.0),
         forgetting_time=forgotten,
@@ -328,39 +315,16 @@ def _pressing(system: System, modes: Modes) -> list[tuple[Floats, float]]:
     return [(row, float(force) / at.reduced(row)) for row, force in zip(inward, pressing, strict=True)]
 
 
-def _rate_in(contact: Contact, reduced: float, speed: float) -> float:
-    """Of the linear spring as stiff as a contact where it is deepest, at a speed of touch."""
-    power = contact.exponent + 1.0
-    depth = (0.5 * power * reduced * speed**2 / contact.stiffness) ** (1.0 / power)
-    return math.sqrt(contact.exponent * contact.stiffness * depth ** (contact.exponent - 1.0) / reduced)
-
-
 def _hops(system: System, modes: Modes, pressing: Iterable[tuple[Floats, float]]) -> Iterator[float]:
     """Rates at which white noise lets pressed masses hop on lossy walls.
 
     Of a step of 0.2 v_rms / a the mean square of the velocity lacks 1.5 %, of twice that 3 %; beyond, it grows.
     """
-    for wall, (row, press) in zip(system.of(Barrier), pressing, strict=False):
+    for wall, (row, press) in zip(system.walls.values(), pressing, strict=False):
         fed, speed = 0.5 * intensity_along(system, modes.spread, row, wall.position), modes.speed(row)
         own = Pressed(press, restitution_at(wall, math.sqrt(2.0) * speed))
         if press > 0.0 and fed > 0.0 and own.restitution < 1.0:
             yield Straight.default_step * press / (_HOPPED * own.speed(fed, fed / speed**2))
-
-
-def _stop_rates(system: System, modes: Modes) -> Iterator[float]:
-    """At which the dissipation of contacts alone stops what touches them: a longer step is stable, but off."""
-    at = system.coordinates
-    for name, part in system.elements.items():
-        if isinstance(part, Contact):
-            row = at.elongations[name]
-            yield _stop_rate(part, at.reduced(row), _FAR * modes.speed(row))
-
-
-def _stop_rate(contact: Contact, reduced: float, speed: float) -> float:
-    """At which its dissipation alone stops a speed of touch, m v dv/dd = -k d^p chi v."""
-    power = contact.exponent + 1.0
-    stop = (contact.stiffness * contact.dissipation / (power * reduced)) ** (1.0 / power)
-    return float(stop * speed ** (1.0 - 1.0 / power))
 
 
 def _curvature(part: Any, spread: float) -> float:
@@ -373,7 +337,7 @@ def _slow_dashpots(system: System, modes: Modes) -> Iterator[tuple[str, float, f
     """Order and coefficient of what each part that yields is for slow displacements, by the fast motion."""
     for name, part in system.elements.items():
         row = system.coordinates.elongations[name]
-        if isinstance(part, Yielding) and (speed := modes.speed(row)) > 0.0:
+        if part.yields and (speed := modes.speed(row)) > 0.0:
             reduced = system.coordinates.reduced(row)
             dashpot = part.per_mass(reduced).slow_dashpot(0.0, speed**2)
             yield name, 1.0, reduced * dashpot

@@ -20,25 +20,8 @@ from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
 from springpot.problem.catalogue import owner_of
 from springpot.problem.coordinates import product_of
 from springpot.problem.felt import Felt, felt_in
-from springpot.problem.parts import (
-    Barrier,
-    CloughPenzienNoise,
-    ColoredNoise,
-    Dashpot,
-    Excitation,
-    Force,
-    Harmonic,
-    KanaiTajimiNoise,
-    ParametricNoise,
-    PoissonImpulses,
-    RecordedExcitation,
-    SpectralExcitation,
-    Springpot,
-    ThermalNoise,
-    VanDerPol,
-    WhiteNoise,
-)
-from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, restitution_of_missed, slow_restitution
+from springpot.problem.parts import Barrier, Springpot
+from springpot.problem.parts.walls import Stop, restitution_at, restitution_of_missed, slow_restitution
 from springpot.problem.system import System, along
 from springpot.simulation.kernel.feeling import MOST_FELT
 from springpot.simulation.plan.boltzmann import BoltzmannOfModes, FromPotential, boltzmann_of_modes
@@ -59,7 +42,6 @@ from springpot.simulation.plan.unsprung import holding_alone
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.walls import Before
 
-_FED = (ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation, PoissonImpulses, ThermalNoise)
 _LATER = 1.2  # ratio of the times at which a transient is looked at
 _EVEN = 1e-9  # standard deviations of a mean that counts as 0
 _RIGID = 1e-9  # of the largest stiffness
@@ -67,8 +49,6 @@ _MISSED = 0.003  # share of the impacts that a default step misses
 _FINEST = 0.1  # of the default step without walls, behind lossy ones
 _BEHIND = 1e-12  # of the places: as far behind a wall rounding leaves a sum of displacements
 _LEAST_BIAS = 1e-3  # which is worth saying
-_SMOOTH = (*_FED, ParametricNoise)
-"""Noise under which a mass can come to rest on a lossy wall after infinitely many impacts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,13 +219,14 @@ class Motion:
     def of_impacts(self) -> dict[str, Seen]:
         """The largest forces of the touches of soft contacts, and the impulses of impacts on rigid walls, by name."""
         found, at = dict[str, Seen](), self.system.coordinates
-        for stop, part in self.touched.items():
-            if isinstance(part, SoftStop):
+        for stop in self.touched:
+            wall = self.system.walls.get(stop)
+            if wall is None:
                 name = f"{stop}_peak_force"
                 found[name] = Seen({"impact_speed": name}, None, stop=stop, peaks=True)
-            elif isinstance(part, Barrier) and not callable(part.restitution):
-                name, mass = f"{stop}_impulse", (1.0 + part.restitution) * at.reduced(at.elongations[stop])
-                found[name] = Seen({"impact_speed": name}, None, stop=stop, place=part.position, impulse=mass)
+            elif not wall.has_law:
+                name, mass = f"{stop}_impulse", (1.0 + restitution_at(wall, 0.0)) * at.reduced(at.elongations[stop])
+                found[name] = Seen({"impact_speed": name}, None, stop=stop, place=wall.position, impulse=mass)
         return found
 
     @property
@@ -297,7 +278,7 @@ class Motion:
             return touches[name]
         if not isinstance(name, str) or name not in self.felt:
             wall = name.removesuffix("_force") if isinstance(name, str) else ""
-            if isinstance(self.touched.get(wall), Barrier) and name != wall:
+            if wall in self.system.walls and name != wall:
                 raise NotCoveredError(f"{name} cannot be seen: a rigid wall gives impulses, which last no time; "
                                       f"{wall}_force_mean, their momentum per time, is in every run.")  # fmt: skip
             what = "force or acceleration" if forces_only else "displacement, force or acceleration"
@@ -366,7 +347,7 @@ class Motion:
     @property
     def is_modulated(self) -> bool:
         """Whether an excitation has an envelope."""
-        return any(part.envelope is not None for part in self.system.of(Excitation))
+        return any(part.envelope is not None for part in self.system.excitations.values())
 
     @property
     def mean_names(self) -> tuple[str, ...]:
@@ -384,15 +365,14 @@ class Motion:
             return self.system.coordinates.as_given(self.rest)
         places = self.system.coordinates.checked(given, "initial_position")
         x = self.system.coordinates.places_of(places)
-        for name, part in self.system.named():
-            if isinstance(part, Barrier):
-                row = self.system.coordinates.elongations[name]
-                distance, size = part.inwards * (float(row @ x) - part.position), abs(part.position) + np.abs(x).max()
-                if distance < -_BEHIND * size * (np.count_nonzero(row) > 1):
-                    raise ValueError(
-                        f"initial_position lies behind {name}: its elongation must be {part.free_side} "
-                        f"{part.position:g}, and is {float(row @ x):g}."
-                    )
+        for name, wall in self.system.walls.items():
+            row = self.system.coordinates.elongations[name]
+            distance, size = wall.inwards * (float(row @ x) - wall.position), abs(wall.position) + np.abs(x).max()
+            if distance < -_BEHIND * size * (np.count_nonzero(row) > 1):
+                raise ValueError(
+                    f"initial_position lies behind {name}: its elongation must be {wall.free_side} "
+                    f"{wall.position:g}, and is {float(row @ x):g}."
+                )
         return places
 
     def moving(self, given: Any) -> Any:
@@ -434,14 +414,13 @@ class Motion:
     def kept_means(self) -> tuple[KeptMean, ...]:
         """What springpots remember of the start, each along its row."""
         at, found = self.system.coordinates, []
-        for part, pot in self.system.named():
-            row = at.elongations.get(part)
-            if row is not None and isinstance(pot, Springpot) and pot.remembers:
-                alike = (
-                    n for n, own in self.displacements.items() if np.array_equal(own, row) or np.array_equal(own, -row)
-                )
-                if name := next(alike, ""):
-                    found.append(KeptMean(name, self.displacements[name], pot.order, pot.coefficient / at.reduced(row)))
+        for part, pot in self.system.springpots.items():
+            row = at.elongations[part]
+            alike = (
+                n for n, own in self.displacements.items() if np.array_equal(own, row) or np.array_equal(own, -row)
+            )
+            if pot.remembers and (name := next(alike, "")):
+                found.append(KeptMean(name, self.displacements[name], pot.order, pot.coefficient / at.reduced(row)))
         return tuple(found)
 
     def transient_left(self, start: str, time: float) -> float:
@@ -477,7 +456,7 @@ class Motion:
     @cached_property
     def _drawn(self) -> FromPotential | BoltzmannOfModes | Loose | None:
         if self.potential is not None:
-            return FromPotential(self.law, self.origin) if self.system.of(ThermalNoise) else None
+            return FromPotential(self.law, self.origin) if self.system.thermal else None
         return boltzmann_of_modes(self.system) or self.loose
 
     @property
@@ -551,7 +530,7 @@ class Motion:
         """The means of displacements that no force with a mean can move, and all of those that no force can move."""
         symmetry = Symmetry(self.system)
         means = symmetry.zero_means(self.displacements)
-        if self.system.of(ThermalNoise):
+        if self.system.thermal:
             return means
         still = symmetry.still(self.displacements)
         squares = [f"{begin}_mean_square" for begin in still]
@@ -586,7 +565,7 @@ class Motion:
     @property
     def springpots(self) -> tuple[Springpot, ...]:
         """Those with memory."""
-        return tuple(pot for pot in self.system.of(Springpot) if pot.remembers)
+        return tuple(pot for pot in self.system.springpots.values() if pot.remembers)
 
     @property
     def remembers(self) -> bool:
@@ -596,8 +575,7 @@ class Motion:
     @property
     def is_random(self) -> bool:
         """Whether its paths differ by chance; without noise, random phases and drawn records they do not."""
-        drawn = any(record.is_drawn for record in self.system.of(RecordedExcitation))
-        return self.is_noisy or drawn or bool(self.system.of(Harmonic))
+        return any(part.is_random for part in self.system.excitations.values())
 
     @property
     def different_paths(self) -> int:
@@ -607,8 +585,7 @@ class Motion:
     @property
     def turns(self) -> int:
         """Of how many paths the records that are taken in turn differ, before they come again; 1 without."""
-        records = self.system.of(RecordedExcitation)
-        return math.lcm(*(record.count for record in records if not record.is_drawn))
+        return math.lcm(*(record.count for record in self.system.records.values() if not record.is_drawn))
 
     @property
     def strata(self) -> int:
@@ -618,19 +595,19 @@ class Motion:
     @property
     def is_noisy(self) -> bool:
         """Whether chance goes on after the start, so that a path may go on in many ways."""
-        return bool(self.system.of(WhiteNoise, *_SMOOTH))
+        return any(part.noise for part in self.system.excitations.values())
 
     @property
     def recorded(self) -> float:
         """The length of the longest recorded excitation or envelope, in s; 0 without one."""
-        return max((part.duration for part in self.system.of(Excitation)), default=0.0)
+        return max((part.duration for part in self.system.excitations.values()), default=0.0)
 
     @property
     def ends(self) -> str:
         """Why the excitation does not last; empty if it does."""
         if not self.recorded:
             return ""
-        return f"{'a record' if self.system.of(RecordedExcitation) else 'an envelope'} has a beginning and an end"
+        return f"{'a record' if self.system.records else 'an envelope'} has a beginning and an end"
 
     @property
     def settles(self) -> bool:
@@ -640,7 +617,7 @@ class Motion:
     @property
     def walls(self) -> tuple[Barrier, ...]:
         """The rigid walls."""
-        return self.system.of(Barrier)
+        return tuple(self.system.walls.values())
 
     @property
     def touched(self) -> dict[str, Stop]:
@@ -671,11 +648,10 @@ class Motion:
         rows = self.system.coordinates.elongations
         return {
             name: StruckWalls(
-                slow_restitution(part), intensity_along(self.system, self._spread, rows[name], part.position),
+                slow_restitution(wall), intensity_along(self.system, self._spread, rows[name], wall.position),
                 self._press_on(name),
             )
-            for name, part in self.touched.items()
-            if isinstance(part, Barrier)
+            for name, wall in self.system.walls.items()
         }  # fmt: skip
 
     def _press_on(self, name: str) -> float:
@@ -727,8 +703,7 @@ class Motion:
 
     def struck_in_steps(self, name: str, step: float) -> StruckWalls:
         """A rigid wall as the impacts see it that a step misses."""
-        alone, wall = self.struck_alone[name], self.touched[name]
-        assert isinstance(wall, Barrier)
+        alone, wall = self.struck_alone[name], self.system.walls[name]
         return replace(alone, restitution=countable_restitution(wall, alone.intensity, step))
 
     def velocity_biases(self, step: float) -> dict[str, float]:
@@ -736,15 +711,14 @@ class Motion:
         which take a share of each kick within its step.
         """
         taken, rows = scheme_of(self.scheme_for("default")).taken, self.system.coordinates.elongations
+        pots = ((name, *part.fast_springpot) for name, part in (self.system.elements.items() if taken else ()))
         shares = [
-            part.coefficient
-            * step ** (2.0 - (part.order if isinstance(part, Springpot) else 1.0))
-            / self.system.coordinates.reduced(rows[name])
-            for name, part in (self.system.named() if taken else ())
-            if isinstance(part, Springpot | Dashpot) and part.dissipates
+            coefficient * step ** (2.0 - order) / self.system.coordinates.reduced(rows[name])
+            for name, order, coefficient in pots
+            if order > 0.0
         ]
         bias = taken * max(shares, default=0.0)
-        if self.system.of(ThermalNoise) or bias < _LEAST_BIAS:
+        if self.system.thermal or bias < _LEAST_BIAS:
             return {}
         return {f"{own}v_mean_square": bias for own in self.system.coordinates.beginnings}
 
@@ -767,10 +741,12 @@ class Motion:
                 f"restitution {wall.restitution:g} of {name} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
                 "white noise causes infinitely many impacts in a finite time"
             )
-        if wall.intensity > 0.0 or wall.restitution == 1.0 or not self._driven(WhiteNoise, *_SMOOTH):
+        excitations = self.system.excitations.values()
+        noisy = any(part.noise and part.feeds for part in excitations)
+        if wall.intensity > 0.0 or wall.restitution == 1.0 or not noisy:
             return ""
         two = "ground" not in self.system.coordinates.ends.get(name, ("ground",))
-        alike = any(noise.on == "ground" for noise in self.system.of(WhiteNoise))
+        alike = any(part.noise == "white" and part.of_ground for part in excitations)
         return (
             f"{name} is lossy, and no white noise drives its two ends apart"
             f"{' (that of the ground moves both masses alike)' if two and alike else ''}: a smooth force lets "
@@ -807,8 +783,8 @@ class Motion:
     def _walls_in(self, name: str) -> list[tuple[Barrier, float]]:
         """The walls whose impacts are in a result, and the intensity of the noise that drives masses to each."""
         own = owner_of(name, self.touched)
-        walls = ((wall, self.touched[wall]) for wall in ([own] if own else self.touched))
-        return [(part, self.struck_alone[wall].intensity) for wall, part in walls if isinstance(part, Barrier)]
+        return [(part, self.struck_alone[wall].intensity) for wall, part in self.system.walls.items()
+                if own in (wall, "")]  # fmt: skip
 
     @property
     def pressed(self) -> dict[str, Pressed]:
@@ -817,7 +793,7 @@ class Motion:
         """
         if self.scheme_for("default") == "straight":
             return {}
-        speed, walls = math.sqrt(2.0 * self.law.temperature), dict(self.system.named())
+        speed, walls = math.sqrt(2.0 * self.law.temperature), self.system.walls
         return {
             name: Pressed(alone.press, restitution_at(walls[name], speed))
             for name, alone in self.struck_alone.items()
@@ -828,9 +804,9 @@ class Motion:
     def rested_on(self) -> frozenset[str]:
         """The lossy walls on which masses can come to rest, by name: only smooth forces act along their rows."""
         at, parts = self.system.coordinates, dict(self.system.named())
-        if self.system.of(ThermalNoise):
+        if self.system.thermal:
             return frozenset()
-        impulses = [force for name, force in at.forces.items() if isinstance(parts[name], PoissonImpulses)]
+        impulses = [force for name, force in at.forces.items() if parts[name].noise == "impulses"]
         return frozenset(
             name
             for name, alone in self.struck_alone.items()
@@ -874,7 +850,7 @@ class Motion:
         """Why there is no stationary state; empty if there is one."""
         if self.ends:
             return self.ends
-        if not self._driven(WhiteNoise, *_FED, Harmonic, VanDerPol, Force):
+        if not any(part.sustains for part in self.system.parts):
             return "without excitation the motion dies out"
         if (free := self._unheld()) and self._unheld(holding_alone(self.system)):
             return f"no spring or wall keeps {listed(free)} near the ground"
@@ -882,18 +858,13 @@ class Motion:
         losing = {name: part for name, part in elements.items() if part.dissipates}
         if not losing:
             return "nothing dissipates energy, so it grows without limit"
-        lossy = any(isinstance(part, Stop) or part.is_rough for part in losing.values())
+        lossy = any(name in self.touched or part.is_rough for name, part in losing.items())
         if lossy or np.linalg.matrix_rank([rows[name] for name in losing]) == len(self.rest):
             return ""
         damped = self.modes.damped
         if not (damped.any() if self.touched else damped.all()):
             return "nothing dissipates the energy of some motion, so it grows without limit"
         return ""
-
-    def _driven(self, *kinds: type[Any]) -> bool:
-        """Whether a part of these kinds feeds energy in: not one of size 0."""
-        sizes = (getattr(part, "intensity", getattr(part, "amplitude", 1.0)) for part in self.system.of(*kinds))
-        return any(sizes)
 
     @property
     def held_by(self) -> tuple[Springpot, ...]:
@@ -912,7 +883,7 @@ class Motion:
         free = rows_of_all[int(kept.sum()) :].T
         if not free.shape[1]:
             return []
-        walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Stop)]
+        walls = [-stop.inwards * rows[name] @ free for name, stop in self.touched.items()]
         # a constant force holds, as weight does
         closing = np.array([*walls, -self.system.constant_force @ free]).reshape(-1, free.shape[1])
         for direction in (*free, *-free):

@@ -15,7 +15,6 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import CANONICAL, Dimensionless
 from springpot.problem.free_numbers import check_certain
-from springpot.problem.parts import ParametricNoise
 from springpot.problem.system import System, checked_system
 from springpot.simulation.plan.creep import Creep, creeping
 from springpot.simulation.plan.creep_of_paper import CreepOfPaper
@@ -114,11 +113,7 @@ def _with_slow(motion: Motion, stiffness: Floats, free: dict[str, float]) -> Mot
     if not creeping(motion.system):
         return motion
     system, rows = motion.system, motion.system.coordinates.elongations
-    shaken = {
-        name: math.hypot(*motion.size_of(Seen(row=rows[name]))[:2])
-        for name, part in system.named()
-        if isinstance(part, ParametricNoise)
-    }
+    shaken = {name: math.hypot(*motion.size_of(Seen(row=rows[name]))[:2]) for name in system.multiplied}
     seen = {f"{begin}_mean_square": row for begin, row in motion.displacements.items()}
     return replace(motion, slow=(Creep(system, stiffness, motion.scales.fastest_rate, seen, free, shaken),))
 

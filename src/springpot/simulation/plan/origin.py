@@ -7,13 +7,7 @@ Springpots and other memory follow changes of x only, which a shift leaves as th
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from springpot.problem.parts import Barrier, Constant, Contact, Force, ParametricNoise, VanDerPol
 from springpot.problem.system import System
-
-_PLACED = ParametricNoise, VanDerPol, Force
-"""Parts whose own law has x in it, as springs that are not linear have."""
 
 
 def origin_of(system: System) -> float:
@@ -23,12 +17,12 @@ def origin_of(system: System) -> float:
 
     Examples
     --------
-    >>> from springpot.problem.parts import PolynomialSpring, Spring
+    >>> from springpot.problem.parts import Constant, PolynomialSpring, Spring
     >>> springs = Spring(4.0), PolynomialSpring((4.0, 0.0, 1.0))
     >>> [origin_of(System(spring, Constant(-9.0))) for spring in springs]
     [-2.25, 0.0]
     """
-    if not system.of(Constant) or system.of(*_PLACED):
+    if not system.constants or any(part.is_placed for part in system.parts):
         return 0.0
     forces = [part.force_coefficients() for _, part in system.named()]
     pulled, stiffness = (sum(force[n] for force in forces if n < len(force)) for n in (0, 1))
@@ -41,14 +35,10 @@ def seen_from(system: System, origin: float) -> System:
 
     Examples
     --------
-    >>> from springpot.problem.parts import Barrier, Spring
+    >>> from springpot.problem.parts import Barrier, Constant, Spring
     >>> seen_from(System(Spring(4.0), weight=Constant(-9.0), floor=Barrier(0.0, 0.5)), -2.25)
     System(Spring(stiffness=4.0), floor=Barrier(position=2.25, restitution=0.5, free_side='above'))
     """
     if origin == 0.0:
         return system
-    return System(**{
-        name: replace(part, position=part.position - origin) if isinstance(part, Barrier | Contact) else part
-        for name, part in system.named()
-        if not isinstance(part, Constant)
-    })  # fmt: skip
+    return System(**{name: part.seen_from(origin) for name, part in system.named() if name not in system.constants})

@@ -6,7 +6,6 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed
-from springpot.problem.parts import Barrier
 from springpot.problem.system import System
 
 _ROUNDS = 60
@@ -18,7 +17,7 @@ def nearest_to_rest(system: System) -> Floats:
 
     Examples
     --------
-    >>> from springpot.problem.parts import Constant, Mass, Spring
+    >>> from springpot.problem.parts import Barrier, Constant, Mass, Spring
     >>> ends = ("ground", "a"), ("a", "b")
     >>> pair = System(
     ...     Mass(1.0, at="a"), Mass(1.0, at="b"), *(Spring(1.0, between=each) for each in ends), Constant(2.0, on="b"),
@@ -68,17 +67,15 @@ def within_walls(system: System, places: Floats) -> Floats:
     forces = _of_one(inward, least)
     forces = least_forces(inward, least) if forces is None else forces
     if forces is None:
-        walls = [name for name, part in system.stops.items() if isinstance(part, Barrier)]
-        raise ValueError(f"the walls must leave room: {listed(walls)} cannot all be kept.")
+        raise ValueError(f"the walls must leave room: {listed([*system.walls])} cannot all be kept.")
     return np.asarray(places + inward.T @ forces)
 
 
 def walls_at(system: System, x: Floats) -> tuple[Floats, Floats]:
     """The rows of rigid walls, turned inwards, and how far some displacements are behind each."""
-    walls = {name: part for name, part in system.stops.items() if isinstance(part, Barrier)}
-    rows = [part.inwards * system.coordinates.elongations[name] for name, part in walls.items()]
+    rows = [part.inwards * system.coordinates.elongations[name] for name, part in system.walls.items()]
     inward = np.array(rows).reshape(-1, len(x))
-    return inward, np.array([part.inwards * part.position for part in walls.values()]) - inward @ x
+    return inward, np.array([part.inwards * part.position for part in system.walls.values()]) - inward @ x
 
 
 def _of_one(inward: Floats, least: Floats) -> Floats | None:

@@ -10,7 +10,6 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.problem.catalogue import LEVELS
-from springpot.problem.parts import Barrier
 from springpot.problem.system import System
 
 
@@ -62,7 +61,7 @@ def seen_of(system: System) -> tuple[Seen, ...]:
 
     Examples
     --------
-    >>> from springpot.problem.parts import Mass, Spring
+    >>> from springpot.problem.parts import Barrier, Mass, Spring
     >>> pair = System(
     ...     Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(1.0, between=("ground", "a")),
     ...     gap=Barrier(-0.1, between=("a", "b")), floor=Barrier(-1.0, between=("ground", "b")),
@@ -99,7 +98,7 @@ def levels_of(system: System) -> dict[str, tuple[str, Seen]]:
     """
     at = system.coordinates
     if at.lone:  # an impact is reported without its place: of several walls it may be any, and ends of steps have to do
-        one_wall = len(system.stops) == len(system.of(Barrier)) <= 1
+        one_wall = len(system.stops) == len(system.walls) <= 1
         return {name: (name, replace(_alone(system), stop="" if one_wall else None)) for name in LEVELS}
     found = dict[str, tuple[str, Seen]]()
     for begin, row in at.beginnings.items():
@@ -113,7 +112,7 @@ def levels_of(system: System) -> dict[str, tuple[str, Seen]]:
 
 def _alone(system: System) -> Seen:
     """The only displacement: its impacts are all there are."""
-    walls = system.of(Barrier)
+    walls = [*system.walls.values()]
     place = walls[0].position if len(walls) == len(system.stops) == 1 else math.nan  # of several it may be any
     return replace(_displacement(system, system.coordinates.rows[0]), names={}, stop="", place=place, side=1.0)
 
@@ -124,15 +123,15 @@ def _displacement(system: System, row: Floats, **names: str) -> Seen:
     for name, part in system.stops.items():
         sign = next((sign for sign in (1.0, -1.0) if np.array_equal(at.elongations[name], sign * row)), 0.0)
         if sign:
-            found.append((name, part, sign * part.position, sign * (1.0 if part.free_side == "above" else -1.0)))
-    low = [place for _, part, place, side in found if isinstance(part, Barrier) and side > 0.0]
-    high = [place for _, part, place, side in found if isinstance(part, Barrier) and side < 0.0]
+            found.append((name, sign * part.position, sign * part.inwards))
+    low = [place for name, place, side in found if name in system.walls and side > 0.0]
+    high = [place for name, place, side in found if name in system.walls and side < 0.0]
     own = np.flatnonzero((at.rows[: len(at.names)] == row).all(axis=1))
     number = int(own[0]) if own.size else len(at.names) + at.numbers[tuple(row.tolist())]
     seen = Seen(names, number, row, low=max(low, default=-math.inf), high=min(high, default=math.inf))
     if len(found) != 1:
         return seen
-    ((name, _, place, side),) = found
+    ((name, place, side),) = found
     return replace(
         seen, names={**seen.names, "impact_speed": f"{name}_impact_speed"}, stop=name, place=place, side=side
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.problem.coordinates import product_of
-from springpot.problem.parts import Barrier, ParametricNoise, ThermalNoise, WhiteNoise
+from springpot.problem.parts import Barrier, ParametricNoise, WhiteNoise
 from springpot.problem.parts.walls import restitution_of_missed
 from springpot.problem.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
@@ -132,13 +132,13 @@ def intensity_along(
 
     Examples
     --------
-    >>> from springpot.problem.parts import Dashpot, Mass, Spring
+    >>> from springpot.problem.parts import Dashpot, Mass, Spring, ThermalNoise
     >>> warm = System(Mass(2.0), Spring(1.0), Dashpot(0.5), ThermalNoise(3.0))
     >>> intensity_along(warm, lambda row: 1.0, np.ones(1))
     0.75
     """
-    at, parts, thermal = system.coordinates, dict(system.named()), system.of(ThermalNoise)
-    turned = at.accelerations(row)
+    at, parts, turned = system.coordinates, dict(system.named()), system.coordinates.accelerations(row)
+    temperature = system.thermal.temperature if system.thermal else 0.0
 
     def over(part: WhiteNoise | ParametricNoise) -> Any:
         return 1.0 if time is None else part.square_at(time)
@@ -146,17 +146,16 @@ def intensity_along(
     white = sum(
         over(parts[name]) * parts[name].intensity * product_of(turned, force) ** 2
         for name, force in at.forces.items()
-        if isinstance(parts[name], WhiteNoise)
+        if parts[name].noise == "white"
     )
     warm = sum(
-        2.0 * thermal[0].temperature * parts[name].linear_damping * product_of(turned, own) ** 2
-        for name, own in (at.elongations.items() if thermal else ())
+        2.0 * temperature * parts[name].linear_damping * product_of(turned, own) ** 2
+        for name, own in (at.elongations.items() if temperature else ())
     )
     shaken = 0.0
-    for name, part in parts.items():
-        if isinstance(part, ParametricNoise):
-            own = at.elongations[name]
-            alike = np.array_equal(own, row) or np.array_equal(own, -row)
-            size = place if alike and place is not None else spread(own)
-            shaken += over(part) * part.intensity * (size * product_of(turned, own)) ** 2
+    for name, part in system.multiplied.items():
+        own = at.elongations[name]
+        alike = np.array_equal(own, row) or np.array_equal(own, -row)
+        size = place if alike and place is not None else spread(own)
+        shaken += over(part) * part.intensity * (size * product_of(turned, own)) ** 2
     return white + warm + shaken

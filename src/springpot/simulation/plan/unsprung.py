@@ -11,7 +11,6 @@ from dataclasses import replace
 
 from springpot.problem.parts import Springpot
 from springpot.problem.parts.springpots import resonance, springpot_in
-from springpot.problem.parts.walls import Stop
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 
@@ -31,7 +30,7 @@ def holding_alone(system: System) -> dict[str, Springpot]:
     >>> holding_alone(System(Springpot(0.3, 1.0), Barrier(-1.0)))
     {}
     """
-    if system.of(Stop) or system.constant_force.any():
+    if system.stops or system.constant_force.any():
         return {}
     pots = {name: springpot_in(part) for name, part in system.elements.items()}
     return {name: pot for name, pot in pots.items() if pot and 0.0 < pot.order < 0.5}
