@@ -120,8 +120,8 @@ def cell_of(system: System) -> Cell:
     """
     unit = system.per_unit_mass
     _COVERED.check(unit)
-    for name, part in unit.named():
-        if isinstance(part, Barrier) and callable(part.restitution):
+    for name, wall in unit.walls.items():
+        if wall.has_law:
             raise NotCoveredError(f"{_REACH}, not the restitution of {name}.")
     coefficients = (*unit.potential.coefficients, *[0.0] * 10)
     if not coefficients[1] > 0.0 or any(coefficients[n] != 0.0 for n in (0, 2, *range(4, 10))) or coefficients[3] < 0.0:
@@ -129,7 +129,7 @@ def cell_of(system: System) -> Cell:
     omega, kappa = math.sqrt(coefficients[1]), coefficients[3]
     order, coefficient = _dissipator(unit)
     intensity, color = _noise(unit, omega)
-    walls, c = unit.of(Barrier), coefficient * omega ** (order - 2.0)
+    walls, c = [*unit.walls.values()], coefficient * omega ** (order - 2.0)
     length = math.sqrt(intensity / omega**3)
     position, apart, restitution = 0.0, 0.0, 1.0
     if len(walls) == 1:
@@ -158,7 +158,7 @@ def cell_of(system: System) -> Cell:
 
 def _dissipator(unit: System) -> tuple[float, float]:
     """Order and coefficient of the one springpot or dashpot."""
-    found = [(pot.order, pot.coefficient) for pot in unit.of(Springpot) if pot.dissipates]
+    found = [(pot.order, pot.coefficient) for pot in unit.springpots.values() if pot.dissipates]
     if unit.damping > 0.0:
         found.append((1.0, unit.damping))
     if len({order for order, _ in found}) != 1:

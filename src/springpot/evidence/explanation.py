@@ -14,8 +14,6 @@ from springpot.evidence.recommendation import NONE_COVERS
 from springpot.machine.faults import NotCoveredError, few, per_cent
 from springpot.problem.parts import SpectralExcitation
 from springpot.problem.parts.checks import signed
-from springpot.problem.parts.excitations import Excitation
-from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.registration import Part, in_words
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System, checked_system
@@ -73,7 +71,7 @@ def equation(system: System) -> Iterator[str]:
         if words:
             yield f"{symbol.removeprefix('x ')}: {words}"
     for name, part in system.named():
-        preload = _preload(system, part) if isinstance(part, Stop) else ""
+        preload = _preload(system, part) if name in system.stops else ""
         if count := system.counts.get(name):
             yield f"{name}: {count} equal ones, written as one part"
         if line := part.line(name) or (preload and f"{part.said} ({name})"):
@@ -94,7 +92,7 @@ def _push(system: System, name: str, symbol: str, place: int) -> str:
 
 def _term(system: System, name: str, part: Part, place: int) -> str:
     """A part's force in the equation of one mass; the other way round for its first end."""
-    term, row = "" if isinstance(part, Excitation) else part.term(), system.coordinates.elongations.get(name)
+    term, row = "" if name in system.excitations else part.term(), system.coordinates.elongations.get(name)
     if row is None or not term:
         return term
     if row[place] == 1.0:
@@ -153,9 +151,7 @@ def _excitations(system: System) -> Iterator[tuple[str, str, str]]:
     """The name of each excitation, its symbol in the equation, and what it is."""
     letters = "wuyzabcdefghijklnopqrs"
     symbols = itertools.chain(letters, (f"{letter}{n}" for n in itertools.count(2) for letter in letters))
-    for name, part in system.named():
-        if not isinstance(part, Excitation):
-            continue
+    for name, part in system.excitations.items():
         if words := part.words(name, partial(_unit, system, part)):
             ground = ", acceleration of the ground" if part.of_ground else ""
             said = _with_ends(words, _elongation(system, name)) + ground
@@ -183,7 +179,7 @@ def _scales(system: System) -> Iterator[str]:
         if found > _STIFFENED * omega:
             yield f"resonance with all that has memory: {found:.6g} rad/s, {0.5 * found / math.pi:.6g} Hz"
         yield from filter(None, (part.measure(name, omega, found, own[name]) for name, part in unit.named()))
-    if system.of(Yielding) and not system.potential.holds():
+    if any(part.yields for part in system.parts) and not system.potential.holds():
         yield "it drifts without end: only parts that yield hold the mass, and x has no stationary state"
 
 
@@ -206,7 +202,7 @@ def _coverage(system: System) -> Iterator[str]:
     answers, statements = theory.solve_all(system)
     yield f"analytical methods with an answer: {', '.join(answers)}" if answers else f"{NONE_COVERS}:"
     yield from (f"  {sentence}" for sentence in grouped(statements))
-    if any(part.envelope is not None for part in system.of(Excitation)):
+    if any(part.envelope is not None for part in system.excitations.values()):
         try:
             exact = theory.transient(system, 0.0).is_exact
         except NotCoveredError as reason:

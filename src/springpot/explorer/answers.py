@@ -20,7 +20,6 @@ from springpot.machine.arrays import Floats
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import ColoredNoise, Constant, KanaiTajimiNoise, Springpot, ThermalNoise, WhiteNoise
-from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
 from springpot.simulation.plan.seen import seen_of
 from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError
@@ -111,7 +110,7 @@ def _densities(answer: Any, places: Mapping[str, Floats]) -> dict[str, list[floa
 
 def _gaussian(answer: Any, name: str) -> Callable[[Floats], Floats] | None:
     """The density of a displacement or velocity of a linear system under Gaussian noise; None of anything else."""
-    excitations = [part for part in answer.system.parts if isinstance(part, Excitation)]
+    excitations = answer.system.excitations.values()
     if answer.method != "linear" or not all(isinstance(part, _GAUSSIAN) for part in excitations):
         return None
     found, (of, what) = answer.numbers, (name[:-1], name[-1])

@@ -9,7 +9,6 @@ from springpot.machine.faults import listed
 from springpot.machine.files import shell_word
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.free_numbers import uncertain_numbers
-from springpot.problem.parts import RecordedExcitation
 from springpot.problem.parts.checks import is_written_out
 from springpot.problem.system import System
 
@@ -59,7 +58,7 @@ def python_of(system: System, file: str, asked: Problem) -> str:
         made = f"system = ...  # as it was given to sp.explore: {listed(system.with_functions)} cannot be written down"
     elif differ:
         made = f"devices = sp.read_system({file!r})\nsystem = sp.nominal(devices)"
-    elif system.of(RecordedExcitation) or not all(map(is_written_out, system.parts)):
+    elif system.records or not all(map(is_written_out, system.parts)):
         made = f"system = sp.read_system({file!r})"
     else:
         written = "\n".join(f"    {name}={part!r}," for name, part in system.stated())

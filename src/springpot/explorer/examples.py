@@ -8,7 +8,6 @@ from typing import Any
 from springpot.explorer.sliders import numbers
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Barrier, Dashpot, Springpot
-from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 
 _ORDER, _COEFFICIENT, _STIFFNESS = "springpot-order", "springpot-coefficient", "spring-stiffness"
@@ -67,7 +66,7 @@ def examples(system: System, file: str) -> Iterator[dict[str, Any]]:
         cases = {file or "As it was opened": ("", {})} | other
     for label, (note, changed) in cases.items():
         yield {"label": label, "note": note, "numbers": changed, "without": []}
-    if walls := [name for name, part in system.named() if isinstance(part, Stop)]:
+    if walls := [*system.stops]:
         yield {"label": "Without walls", "note": "All else is the same.", "numbers": {}, "without": walls}
 
 

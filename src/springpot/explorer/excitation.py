@@ -19,7 +19,7 @@ from springpot.problem.parts import (
     SpectralExcitation,
     WhiteNoise,
 )
-from springpot.problem.parts.excitations import Excitation, densities_in
+from springpot.problem.parts.excitations import densities_in
 from springpot.problem.spectral_density import STANDARD_GRAVITY
 from springpot.problem.system import System
 
@@ -61,13 +61,11 @@ def charts_of_excitation(system: System, frequency: float) -> Iterator[dict[str,
     [('spectral excitation', 'Overall rms 61.87 m/s² (6.309 g). Dashed: the frequency of the motion.')]
     """
     natural = frequency / (2.0 * math.pi)
-    for name, part in system.named():
-        if not isinstance(part, Excitation):
-            continue
+    for name, part in system.excitations.items():
         if part.noise in ("filtered", "impulses"):
             yield _density(system, name, part, natural)
-        if isinstance(part, RecordedExcitation):
-            yield _record(system, name, part)
+        if name in system.records:
+            yield _record(system, name, system.records[name])
         if envelope := getattr(part, "envelope", None):
             time = np.linspace(0.0, envelope.duration, POINTS)
             line = {"name": "envelope", "values": envelope.at(time)}
@@ -90,7 +88,7 @@ def _density(system: System, name: str, part: Any, natural: float) -> dict[str, 
     unit, note = "N²/Hz" if force else "(m/s²)²/Hz", "Dashed: the frequency of the motion."
     low, high = natural / WIDE, natural * WIDE
     places: Any = ()
-    if isinstance(part, SpectralExcitation):
+    if name in system.densities:
         low, high, places = part.frequency[0], part.frequency[-1], part.frequency
         rms = f"{part.rms:.4g} N" if force else f"{part.rms:.4g} m/s² ({part.rms / STANDARD_GRAVITY:.4g} g)"
         note = f"Overall rms {rms}. {note}"
@@ -126,10 +124,10 @@ def table_of(system: System, frequency: float) -> str:
     if not (name := _replaced(system)):
         return ""
     part: Any = dict(system.stated())[name]
-    if isinstance(part, SpectralExcitation):
+    if name in system.densities:
         points = [(f, part.scale * value) for f, value in zip(part.frequency, part.psd, strict=True)]
     else:
-        middle, count = frequency / (2.0 * math.pi), 2 if isinstance(part, WhiteNoise) else POINTS_OF_TABLE
+        middle, count = frequency / (2.0 * math.pi), 2 if part.noise == "white" else POINTS_OF_TABLE
         band = [float(f"{f:.4g}") for f in np.geomspace(middle / WIDE, middle * WIDE, count)]
         points = [(f, 4.0 * math.pi * part.density(2.0 * math.pi * f)) for f in band]
     unit, of_one = "N2/Hz" if system.has_mass and not part.of_ground else "m2/s4/Hz", 1.0

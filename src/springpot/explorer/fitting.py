@@ -14,8 +14,6 @@ from springpot.machine.arguments import Free
 from springpot.machine.plain import plain
 from springpot.problem.free_numbers import free, free_numbers, with_values
 from springpot.problem.numbers import ROOT, with_numbers
-from springpot.problem.parts import Constant
-from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
 
 if TYPE_CHECKING:
@@ -136,9 +134,7 @@ def _without_noise(model: System, names: Sequence[str]) -> System:
     ValueError
         If a ticked number is of it.
     """
-    kept = {
-        name: part for name, part in model.stated() if not isinstance(part, Excitation) or isinstance(part, Constant)
-    }
+    kept = {name: part for name, part in model.stated() if name not in model.excitations or name in model.constants}
     found = System(**kept)
     if gone := [name for name in names if _word(name) not in free_numbers(found)]:
         raise ValueError(f"free: {gone[0]} is of the excitation, and the input was measured: untick it.")

@@ -12,7 +12,7 @@ from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import PiezoelectricCircuit, ResonantCircuit
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element
-from springpot.problem.parts.walls import SoftStop, Stop
+from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.lowering.memory import turned_in_step
@@ -100,7 +100,7 @@ def marks(system: System, step: float, x: Floats, v: Floats) -> tuple[npt.NDArra
 
     They are numbered in the order of the parts; for marks only.
     """
-    walls = system.of(Stop)
+    walls = system.stops.values()
     found = [_struck(wall, step, row @ x, row @ v) for wall, row in zip(walls, rows_of(system, Stop), strict=True)]
     steps = np.concatenate([np.zeros(0, np.intp), *found])
     numbers = np.repeat(np.arange(len(walls)), [one.size for one in found])
@@ -111,7 +111,7 @@ def marks(system: System, step: float, x: Floats, v: Floats) -> tuple[npt.NDArra
 def _struck(wall: Stop, step: float, x: Floats, v: Floats) -> npt.NDArray[np.intp]:
     sign = 1.0 if wall.free_side == "above" else -1.0
     gap, speed = sign * (x - wall.position), sign * v
-    if isinstance(wall, SoftStop):
+    if wall.soft_stop is not None:
         return np.flatnonzero((gap[:-1] > 0.0) & (gap[1:] <= 0.0))
     fastest = np.maximum(np.abs(speed[:-1]), np.abs(speed[1:]))
     near = np.minimum(gap[:-1], gap[1:]) <= step * fastest
@@ -130,7 +130,7 @@ def voltages(system: System, step: float, x: Floats) -> Floats:
     """
     from scipy.signal import lfilter  # slow to import
 
-    circuits = system.of(Circuit)
+    circuits = system.circuits.values()
     found = rows_of(system, Circuit) @ x
     for row, circuit in zip(found, circuits, strict=True):
         if isinstance(circuit, ResonantCircuit):

@@ -17,7 +17,6 @@ from springpot.explorer.tolerances import Tolerance, moved, tolerance_of
 from springpot.machine.arguments import Free, Uncertain
 from springpot.problem.numbers import ROOT, number_of, numbers_of, unit_of, with_numbers
 from springpot.problem.parts.registration import Number, Part, kind_of, powers_of
-from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 from springpot.problem.uncertain import Lognormal, Normal
 
@@ -279,7 +278,7 @@ def described_parts(system: System) -> list[dict[str, Any]]:
             "glyph": part.glyph,
             "said": part.said,
             "linear": part.is_linear,
-            "soft": isinstance(part, SoftStop),
+            "soft": part.soft_stop is not None,
             "title": name.replace("_", " "),
             "note": _note(system, name, part),
             "ends": ends.get(name),
@@ -297,8 +296,8 @@ def _note(system: System, name: str, part: Part) -> str:
         words.append(f"{count} of them")
     if group := getattr(part, "group", ""):
         words.append(f"of {group}")
-    if isinstance(part, Stop):
-        words.append("x ≥ b" if part.free_side == "above" else "x ≤ b")
+    if (stop := system.stops.get(name)) is not None:
+        words.append("x ≥ b" if stop.free_side == "above" else "x ≤ b")
     if between := getattr(part, "between", None):
         words.append(" to ".join(between))
     if part.of_ground:

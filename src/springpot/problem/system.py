@@ -26,10 +26,12 @@ from springpot.problem.parts import (
     ParametricNoise,
     Point,
     RecordedExcitation,
+    SpectralExcitation,
     Springpot,
     ThermalNoise,
 )
 from springpot.problem.parts.checks import fields_of, plain
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Element, Part, kind_of
 from springpot.problem.parts.springpots import resonance
@@ -350,6 +352,16 @@ class System:
     def records(self) -> dict[str, RecordedExcitation]:
         """Its recorded excitations by name."""
         return {name: part for name, part in self.named() if isinstance(part, RecordedExcitation)}
+
+    @cached_property
+    def densities(self) -> dict[str, SpectralExcitation]:
+        """Its noises of a given spectral density, by name."""
+        return {name: part for name, part in self.named() if isinstance(part, SpectralExcitation)}
+
+    @cached_property
+    def circuits(self) -> dict[str, Circuit]:
+        """By name, in the order given."""
+        return {name: part for name, part in self.named() if isinstance(part, Circuit)}
 
     @cached_property
     def multiplied(self) -> dict[str, ParametricNoise]:

@@ -122,7 +122,7 @@ def fragility(
         systems = [checked_system(system(float(each)), f"system({each:g})") for each in own]
         size = None
     else:
-        records = [each for each in checked_system(system).stated() if isinstance(each[1], RecordedExcitation)]
+        records = [*checked_system(system).records.items()]
         if len(records) != 1:
             raise ValueError(
                 "system must have one recorded excitation, whose records are scaled, or be a function of the "

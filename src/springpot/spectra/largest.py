@@ -15,7 +15,6 @@ from springpot.machine.crew import work_together
 from springpot.machine.faults import NotCoveredError, few, shown
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.felt import about_shocks
-from springpot.problem.parts import RecordedExcitation
 from springpot.problem.system import System
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.paths.simulation import Progress, simulation_of
@@ -211,7 +210,7 @@ _STRUCK = "struck"
 
 def _of_records(system: System, members: Any, count: int) -> System:
     """The system with some of its records, where its paths differ by the one record that each has."""
-    records = [(name, part) for name, part in system.stated() if isinstance(part, RecordedExcitation)]
+    records = [*system.records.items()]
     if members.size == count or len(records) != 1:
         return system
     (name, part), own = records[0], [records[0][1].records[n] for n in members]

@@ -203,15 +203,14 @@ def response_spectrum(
 
 def _is_uneven(excitation: Excitation) -> bool:
     """Whether its records are of different lengths."""
-    records = excitation.records if isinstance(excitation, RecordedExcitation) else ()
-    return len({round((time[-1] - time[0]) / excitation.duration, 9) for time, _ in records}) > 1
+    return len({round((time[-1] - time[0]) / excitation.duration, 9) for time, _ in excitation.records}) > 1
 
 
 def _is_simple(systems: Sequence[System]) -> bool:
     """Whether all are one mass on springs and dashpots under one excitation by records."""
     kinds = Mass, Spring, Dashpot, RecordedExcitation
     return all(
-        len(each.of(*kinds)) == len(each.parts) and len(each.of(RecordedExcitation)) == 1
+        len(each.of(*kinds)) == len(each.parts) and len(each.records) == 1
         and each.stiffness_matrix.size == 1 and each.natural_frequency > 0.0
         for each in systems
     )  # fmt: skip

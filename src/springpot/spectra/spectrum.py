@@ -13,7 +13,6 @@ from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import name_results
 from springpot.machine.plain import plain
-from springpot.problem.parts import RecordedExcitation
 from springpot.problem.system import System
 
 if TYPE_CHECKING:
@@ -114,7 +113,7 @@ class ResponseSpectrum:
     def _lines(self) -> Iterator[str]:
         records = next(iter(self.outputs.values())).values.shape[1]
         how = {"exact": "exact", "kernel": "by the compiled kernel", "theory": "by theory"}[self.method]
-        word = "record" if self.systems[0].of(RecordedExcitation) else "path"
+        word = "record" if self.systems[0].records else "path"
         many = f"{records} {word}{'s' * (records > 1)}" if records else "stationary noise"
         yield f"Response spectrum ({self.kind}) at {self.periods.size} periods, {many}, {how}."
         for own in self.outputs.values():

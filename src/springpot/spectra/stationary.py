@@ -11,7 +11,6 @@ from scipy import optimize
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.felt import felt_in
-from springpot.problem.parts import SpectralExcitation
 from springpot.problem.system import System
 from springpot.spectra.largest import name_in_results
 from springpot.theory.level_crossings import rates_at
@@ -54,7 +53,7 @@ def is_doubtful(system: System, word: str, frequency: float) -> bool:
     """
     response = linear(system)
     _, _, crossings, bandwidth = _moments(response, word)
-    begins = (part.frequency[0] for part in system.of(SpectralExcitation))
+    begins = (part.frequency[0] for part in system.densities.values())
     return crossings > _FASTER * frequency or any(abs(f / frequency - 1.0) < bandwidth for f in begins)
 
 

@@ -13,7 +13,6 @@ from scipy import optimize
 from springpot.machine.faults import known_word, listed, shown
 from springpot.problem.parts import Dashpot, Mass, Spring
 from springpot.problem.parts.excitations import Excitation
-from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.system import System, checked_system
 from springpot.theory.normal_modes import free_motion
 
@@ -65,9 +64,10 @@ def _free_name(parts: Mapping[str, Any]) -> str:
 
 def _varied(system: System, given: str | Sequence[str] | None) -> list[str]:
     """The names of the parts whose stiffness is varied."""
-    known = [name for name, part in system.named() if isinstance(part, Spring | Yielding)]
+    linear = [name for name, part in system.named() if isinstance(part, Spring)]
+    known = [name for name, part in system.named() if name in linear or part.yields]
     if given is None:
-        springs = [name for name in known if isinstance(dict(system.named())[name], Spring)] or known
+        springs = linear or known
         if len(springs) != 1:
             there = f"there are {listed(springs)}" if springs else "there is no spring"
             raise ValueError(f"varied must name the springs whose stiffness gives the period: {there}.")
@@ -85,7 +85,7 @@ def _reached(
     system = System(**parts)
     at, own = system.coordinates, dict[str, float]()
     for name, part in system.elements.items():
-        own[name] = float(part.stiffness if isinstance(part, Yielding) else part.static_stiffness)
+        own[name] = float(part.stiffness_at_once if part.yields else part.static_stiffness)
     rest = at.sum_of({name: 0.0 if name in names else stiff for name, stiff in own.items()})
     moved = at.sum_of({name: stiff if name in names else 0.0 for name, stiff in own.items()})
     wanted = (2.0 * math.pi / period) ** 2

@@ -120,6 +120,11 @@ class Excitation(Part, abstract=True):
         """Where it is a noise."""
         return bool(self.noise)
 
+    @property
+    def records(self) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], ...]:
+        """Times and values of what was recorded, without the scale."""
+        return ()
+
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s of a stationary noise in it; 0 of what has none."""
         return 0.0

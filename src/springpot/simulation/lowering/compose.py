@@ -18,9 +18,8 @@ import numpy.typing as npt
 from springpot.machine.arrays import Floats
 from springpot.memory import ExponentialSum, direct
 from springpot.problem.coordinates import Coordinates
-from springpot.problem.parts import Barrier, Contact, PoissonImpulses, ThermalNoise
-from springpot.problem.parts.circuits import Circuit
-from springpot.problem.parts.walls import PowerRestitution, Restitution, SoftStop, Stop
+from springpot.problem.parts import Barrier, Contact, ThermalNoise
+from springpot.problem.parts.walls import PowerRestitution, Restitution
 from springpot.problem.system import System
 from springpot.simulation.kernel import advance as kernel
 from springpot.simulation.kernel import excitations, laws
@@ -415,7 +414,8 @@ def _frame(plan: Plan, kernel_units: tuple[Units, float]) -> _Frame:
     solve = np.linalg.inv(at.mass / unit_mass + step * g.T @ (answers[:, None] * g))
     frequency = plan.motion.scales.flight_frequency * units.time
     # a lone coordinate turns between two kicks, or drifts straight; exact flights end on rigid walls only
-    turns = plan.settings.scheme == "default" and not plan.system.of(SoftStop, PoissonImpulses)
+    struck = bool(system.contacts) or any(part.noise == "impulses" for part in system.excitations.values())
+    turns = plan.settings.scheme == "default" and not struck
     return _Frame(
         system, units, unit_mass, step, g, [*found.values()], totals, answers, reduced, jumps, solve,
         frequency if turns else 0.0, plan.motion.origin / units.length, frequency, plan.motion.potential is not None,
@@ -739,7 +739,7 @@ def _check_sizes(tables: Tables) -> None:
 def units_of(plan: Plan) -> tuple[Units, float]:
     """Powers of two near the largest length, the shortest time and the usual mass of the motion."""
     motion, scales, (x0, v0) = plan.motion, plan.motion.scales, start_of(plan)
-    walls = [abs(wall.position) for wall in motion.centred.of(Barrier)]
+    walls = [abs(wall.position) for wall in motion.centred.walls.values()]
     longest = max(scales.length, *np.abs(x0 - motion.origin), *(np.abs(v0) / scales.fastest_rate), *walls)
     masses = np.diag(plan.system.coordinates.mass)
     return Units.near(longest, scales.fastest_rate), 2.0 ** round(float(np.log2(masses).mean()))
@@ -876,7 +876,7 @@ def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, 
         constant -= sum(more.springs[:1]) * row
         noises = *more.sources, *modulated_noise(more, frame.units, step, plan.settings.steps)
         given += [(named, row, None) for named in noises]
-    for thermal in plan.system.of(ThermalNoise):
+    if (thermal := plan.system.thermal) is not None:
         name, warm = plan.system.name_of(thermal), _temperature(thermal, frame)
         for n, (total, row) in enumerate(zip(frame.totals, frame.rows, strict=True)):
             if total.remembers:
@@ -909,7 +909,7 @@ def _temperature(thermal: ThermalNoise, frame: _Frame) -> float:
 
 def _of_thermal_noise(plan: Plan, frame: _Frame) -> Iterator[Reading]:
     """The power of matched noise: measured of that with memory, and its known mean of the white noise of dashpots."""
-    for thermal in plan.system.of(ThermalNoise):
+    if (thermal := plan.system.thermal) is not None:
         name, warm = plan.system.name_of(thermal), _temperature(thermal, frame)
         works, white = dict[Sum, float](), 0.0
         for n, (total, mass) in enumerate(zip(frame.totals, frame.reduced, strict=True)):
@@ -959,21 +959,19 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
         row = gauged[tuple(own_row.tolist())]
         yield Reading(f"{pair}_elongation_mean", {("u", row): 1.0})
         yield Reading(f"{pair}_elongation_mean_square", {("u^2", row): 1.0})
-    for name, part in system.named():
-        if isinstance(part, Stop):
-            yield Reading(f"{name}_impact_rate", {("impacts", name): 1.0}, "time")
-            yield Reading(f"{name}_impact_speed_mean", {("speeds", name): 1.0}, (("impacts", name),))
-            yield Reading(f"{name}_impact_speed_mean_square", {("squares", name): 1.0}, (("impacts", name),))
-            yield Reading(f"{name}_power", {("loss", name): 1.0}, "time")
-            yield Reading(f"{name}_force_mean", {("momentum", name): 1.0}, "time")
-    if parts.taps and not system.of(ThermalNoise):  # noise of a resistor is beside the mode, in the matched force
+    for name in system.stops:
+        yield Reading(f"{name}_impact_rate", {("impacts", name): 1.0}, "time")
+        yield Reading(f"{name}_impact_speed_mean", {("speeds", name): 1.0}, (("impacts", name),))
+        yield Reading(f"{name}_impact_speed_mean_square", {("squares", name): 1.0}, (("impacts", name),))
+        yield Reading(f"{name}_power", {("loss", name): 1.0}, "time")
+        yield Reading(f"{name}_force_mean", {("momentum", name): 1.0}, "time")
+    if parts.taps and not system.thermal:  # noise of a resistor is beside the mode, in the matched force
         for tap in parts.taps:
             own, name = (tap.quantity, tap.circuit), f"{tap.circuit}_{tap.quantity}"
             yield Reading(f"{name}_mean_square", {own: 1.0}, "groups")
             if tap.quantity == "current" and (count := system.counts.get(tap.circuit)):
                 yield Reading(f"{name}_of_one_mean_square", {own: 1.0 / count**2}, "groups")
-        circuits = [(name, part) for name, part in system.named() if isinstance(part, Circuit)]
-        loads: dict[Sum, float] = {(part.of_load, name): 1.0 / part.load for name, part in circuits}
+        loads: dict[Sum, float] = {(part.of_load, name): 1.0 / part.load for name, part in system.circuits.items()}
         yield Reading("harvested_power", loads, "groups")
     if any(part.dissipates and "damping" in part.powers for part in system.parts):
         yield Reading("damping_power", parts.damped, added=parts.taken_at_once)

@@ -14,7 +14,6 @@ import numpy.typing as npt
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import per_cent
 from springpot.problem.messages import Message, say
-from springpot.problem.parts import Contact
 from springpot.problem.parts.excitations import Excitation
 from springpot.simulation.kernel.feeling import NUMBERS
 from springpot.simulation.lowering.parts import Lowered, contact_time, numbers_of
@@ -236,8 +235,8 @@ def about_contacts(motion: Motion, step: float, names: Iterable[str], values: Ma
     [1, 0]
     """
     system, at, lasting = motion.system, motion.system.coordinates, dict[str, float]()
-    for name, part in system.elements.items():
-        if isinstance(part, Contact) and values.get(f"{name}_impact_rate", values.get("impact_rate")) != 0.0:
+    for name, part in system.contacts.items():
+        if values.get(f"{name}_impact_rate", values.get("impact_rate")) != 0.0:
             row = at.elongations[name]
             speed, free = motion.size_of(Seen(row=row))[2], replace(part, stiffness=part.stiffness / at.reduced(row))
             if speed > 0.0:

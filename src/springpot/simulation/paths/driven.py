@@ -21,7 +21,6 @@ from springpot.machine.crew import work_together
 from springpot.memory import ExponentialSum
 from springpot.memory.common_rates import CommonRates, common_rates
 from springpot.memory.exponential_sum import shared_span
-from springpot.problem.parts import RecordedExcitation, Springpot
 from springpot.problem.system import System
 from springpot.simulation.kernel.normals import key_words
 from springpot.simulation.kernel.sizes import LANES
@@ -171,7 +170,7 @@ class Driven:
         """Of all inputs, one after another, in the units of the kernel."""
         (units, mass), end = units_of(self.plan), self.step * (len(self.inputs[0]) - 1)
         step, steps, size = self.plan.settings.step / units.time, self.plan.settings.steps, units.time**2 / units.length
-        (record,) = self.plan.system.of(RecordedExcitation)
+        (record,) = self.plan.system.records.values()
         size = -size if record.of_ground else size / mass
         rows = [
             impulses_of(np.linspace(0.0, end / units.time, own.size), size * own, step, steps, self.delay / units.time)
@@ -182,7 +181,7 @@ class Driven:
     def _memory(self, systems: Sequence[System]) -> Callable[[float], ExponentialSum]:
         """Sums by the order: near orders have the same rates, so that a small change of one moves no path by a jump."""
         alone, groups = sums_of(self.plan.settings), list[list[float]]()
-        for order in sorted({pot.order for system in systems for pot in system.of(Springpot)}):
+        for order in sorted({pot.order for system in systems for pot in system.springpots.values()}):
             if groups and (order - groups[-1][0] < _WIDE[0] or order - groups[-1][-1] < _NEAR):
                 groups[-1].append(order)
             else:

@@ -26,7 +26,6 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.problem.catalogue import LEVELS, unit_of_result
-from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_at
 from springpot.simulation.kernel.branches import MARKS
 from springpot.simulation.kernel.callbacks import callback
@@ -361,7 +360,7 @@ class _Loss:
 def _loss(motion: Motion, sign: float) -> _Loss | None:
     """That of a usual impact; None where there is no wall."""
     side, place = ("above", motion.low) if sign > 0.0 else ("below", motion.high)
-    wall = next((wall for wall in motion.unit.of(Barrier) if wall.free_side == side), None)
+    wall = next((wall for wall in motion.unit.walls.values() if wall.free_side == side), None)
     if wall is None:
         return None
     restitution = restitution_at(wall, math.sqrt(motion.law.temperature))

@@ -14,7 +14,6 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, per_cent
 from springpot.problem.messages import Message, say
-from springpot.problem.parts import RecordedExcitation, SpectralExcitation, Springpot
 from springpot.problem.parts.records import FEWEST_SAMPLES
 from springpot.simulation.estimate.few_events import Watched, about_few
 from springpot.simulation.estimate.settled import change_in_window, left_of_start, rounded_up
@@ -118,25 +117,22 @@ def doubts(
 
 def _about_shapes(motion: Motion) -> Iterator[Message]:
     """Of filters that change the linear response, in a potential: it lies where a density begins or ends."""
-    if not motion.system.of(SpectralExcitation) or motion.potential is None:
+    if not motion.system.densities or motion.potential is None:
         return
     from springpot.simulation.lowering.shaping import moments_off, shape_of  # SciPy is slow to import
 
     unit = motion.unit
     stiffness = unit.stiffness if unit.stiffness > 0.0 else motion.scales.frequency**2
-    for name, part in unit.named():
-        if isinstance(part, SpectralExcitation):
-            shape = shape_of(part, name)
-            x, v = moments_off(part, shape, unit, stiffness)
-            if max(abs(x), abs(v)) > MOST_SHAPED:
-                yield say("shaped_density", name=name, x=per_cent(x), v=per_cent(v), worst=per_cent(shape.worst))
+    for name, part in unit.densities.items():
+        shape = shape_of(part, name)
+        x, v = moments_off(part, shape, unit, stiffness)
+        if max(abs(x), abs(v)) > MOST_SHAPED:
+            yield say("shaped_density", name=name, x=per_cent(x), v=per_cent(v), worst=per_cent(shape.worst))
 
 
 def _about_records(motion: Motion) -> Iterator[Message]:
     """Of records with few points in a period of the motion, of several masses of the slowest mode."""
-    for name, part in motion.system.named():
-        if not isinstance(part, RecordedExcitation):
-            continue
+    for name, part in motion.system.records.items():
         rate = min((len(time) - 1) / (time[-1] - time[0]) for time, _ in part.records)
         points = 2.0 * math.pi * rate / motion.scales.frequency
         lost = 1.0 - float(np.sinc(1.0 / points)) ** 2
@@ -326,7 +322,7 @@ def about_options(plan: Plan, given: Mapping[str, Any]) -> list[Message]:
         useless["contact_tolerance"] = " without scheme='grunwald'"
     elif "contact_tolerance" in given and not motion.walls:
         useless["contact_tolerance"] = " without a wall"
-    if "derivative" in given and not any(pot.order > 0.0 for pot in motion.system.of(Springpot)):
+    if "derivative" in given and not any(pot.order > 0.0 for pot in motion.system.springpots.values()):
         useless["derivative"] = ": no springpot has an order above 0"
     elif given.get("derivative") == "riemann-liouville" and plan.settings.initial_position == 0.0:
         useless["derivative='riemann-liouville'"] = " with x(0) = 0: both derivatives are the same"

@@ -25,7 +25,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.basquin import Basquin
 from springpot.problem.catalogue import unit_of_result
-from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, Springpot
+from springpot.problem.parts import Dashpot, PolynomialDashpot, Springpot
 from springpot.problem.parts.registration import unit_times
 from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import (
@@ -124,7 +124,7 @@ class Cycles(Request):
     @classmethod
     def of(cls, motion: Motion, seen: Seen, curves: tuple[Basquin, ...]) -> Cycles:
         """Of this one; the impacts on any wall make velocities jump, not only those on its own."""
-        hard = not seen.feels and bool(motion.system.of(Barrier))
+        hard = not seen.feels and bool(motion.system.walls)
         initial = np.zeros((), _LAYOUT)
         initial["exponents"][: len(curves)] = [curve.exponent for curve in curves]
         initial["feels"], initial["low"], initial["high"] = bool(seen.feels), seen.low, seen.high
