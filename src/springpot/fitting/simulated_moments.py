@@ -20,10 +20,9 @@ from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.kernel.watching import BATCHES
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import controlled
-from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
-from springpot.simulation.plan.plan import Plan, check_motion, plan_of
+from springpot.simulation.plan.plan import Adapted, Plan, check_motion, plan_of
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution
 

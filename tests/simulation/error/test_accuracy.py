@@ -18,10 +18,9 @@ from springpot.simulation.estimate.slow_impacts import extrapolation_step
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.paths.statistics import controlled, standard_error
 from springpot.simulation.plan.creep_of_paper import missing_variance
-from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.plan.plan import plan_of, shares_missing
 from springpot.simulation.plan.schemes import Splitting
 from springpot.simulation.plan.struck import slow_impact_order
-from springpot.simulation.plan.transient import shares_missing
 from springpot.theory.result import MOMENTS
 from tests.simulation.problems import oscillator, truncated_gaussian
 from tests.sizes import validation

@@ -8,8 +8,7 @@ from springpot.problem.catalogue import possible_results
 from springpot.simulation.estimate.samples import errors_of_the_start
 from springpot.simulation.lowering.compose import compose
 from springpot.simulation.paths.simulation import simulation_of
-from springpot.simulation.plan.adapted import Adapted
-from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.plan.plan import Adapted, plan_of
 
 PARTS = sp.Spring(9.0), sp.Springpot(0.6, 0.4), sp.WhiteNoise(70.0)
 PROBLEM = sp.System(*PARTS, sp.Barrier(-0.2, 0.8))

@@ -16,9 +16,9 @@ from springpot.simulation.estimate.samples import errors_of_the_start, watched
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, controlled, standard_error, without_doubtful
 from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.plan import shares_missing
 from springpot.simulation.plan.scales import beat
 from springpot.simulation.plan.struck import slow_impact_order
-from springpot.simulation.plan.transient import shares_missing
 
 BALANCE = "energy_residual"
 WITH_MEMORY = 0.737  # least order of the step's bias with a wall and an order of the springpot below 1

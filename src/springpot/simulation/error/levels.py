@@ -20,10 +20,9 @@ from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_paper import CreepOfPaper
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import Options
-from springpot.simulation.plan.plan import Plan, default_start
+from springpot.simulation.plan.plan import MOST_TRANSIENT, Plan, default_start, shares_missing
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
-from springpot.simulation.plan.transient import MOST_TRANSIENT, shares_missing
 from springpot.simulation.watch.forces import Moments
 
 LONGEST = 100 * MOST_STEPS  # path with rtol

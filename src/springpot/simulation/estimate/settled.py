@@ -26,8 +26,7 @@ from springpot.problem.messages import Message, say
 from springpot.simulation.kernel.sizes import LANES, middle_of
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.paths.statistics import standard_error
-from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.transient import MOST_TRANSIENT
+from springpot.simulation.plan.plan import MOST_TRANSIENT, Plan
 
 UNLIKELY = 0.01  # probability that a stationary run is doubted, by all its differences together
 LIKELY = 2.5  # standard errors within which a difference has more than that probability, however many paths there are

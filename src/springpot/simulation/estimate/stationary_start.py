@@ -20,9 +20,8 @@ from springpot.machine.arrays import Floats
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.paths.statistics import controlled, standard_error
-from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.motion import Motion
-from springpot.simulation.plan.plan import TOO_FAR_APART, Plan
+from springpot.simulation.plan.plan import TOO_FAR_APART, Adapted, Plan
 from springpot.simulation.plan.schemes import Splitting
 
 FEWEST_PATHS, ENOUGH_PATHS, MOST_PATHS = 1024, 8192, 65536

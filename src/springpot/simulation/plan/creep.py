@@ -20,7 +20,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.problem.system import System
-from springpot.simulation.plan.unsprung import holding_alone
+from springpot.simulation.plan.loose import holding_alone
 
 _SLOWEST, _FASTEST, _SPACING = 1e-13, 1e3, 0.05  # rates on the cut over the fastest of the motion; their logarithm
 _BELOW = 1e-12  # the cut, over the rate

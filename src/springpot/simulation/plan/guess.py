@@ -23,10 +23,10 @@ from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import Stop, restitution_at
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
-from springpot.simulation.plan.pressed import Pressed
+from springpot.simulation.plan.loose import held_by_springpots, springpot_alone
 from springpot.simulation.plan.scales import Scales, beat, creep_time
 from springpot.simulation.plan.schemes import Splitting
-from springpot.simulation.plan.unsprung import held_by_springpots, springpot_alone
+from springpot.simulation.plan.struck import Pressed
 
 _FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths hardly exceeds
 _POINTS = 4001

@@ -1,25 +1,33 @@
-"""Masses that only walls hold, such as the ball of an impact damper: how they wait, and a start that does not.
+"""Masses that no spring holds: only walls do, as the ball of an impact damper, or springpots alone.
 
-From rest such a mass lies still until its neighbour reaches it, which may take very long, and the energy that it takes
-from then on changes that of all others.  A start with the mass on its way from wall to wall is near the stationary
-state at once: a fast mass strikes often and so soon loses what it has too much of, a slow one waits.
+From rest a mass between walls lies still until its neighbour reaches it, which may take very long, and the energy that
+it takes from then on changes that of all others.  A start with the mass on its way from wall to wall is near the
+stationary state at once: a fast mass strikes often and so soon loses what it has too much of, a slow one waits.
+
+With the impulse response h of springpots, a power t^(alpha - 1) / (C Gamma(alpha)) of late times, a path from an empty
+memory lacks at time t the part q times the integral of h^2 from t on of its mean square, a power t^(2 alpha - 1): that
+is finite below order 1/2, and nearly all of it at orders near that.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from springpot.machine.arrays import Floats
+from springpot.problem.parts import Springpot
+from springpot.problem.parts.springpots import resonance, springpot_in
+from springpot.problem.potential import Potential
 from springpot.problem.system import System
 
 FROM_REST, HOT = 28.0, 9.0  # mean times between the neighbour's visits until 1 % is left of either start
 LASTS = math.log(100.0)
 _NEVER = 1e7  # radians of the slowest motion between visits: no run has one
 _TOUCHES = 1e-9  # least share of a direction in an elongation
+_NOTHING = 1e-200  # of a stiffness, from which the search for one begins
 _TRIED, _LEAST_KEPT = 4096, 0.01  # draws, and the share that must be kept
 
 
@@ -156,3 +164,43 @@ def _separate(rows: list[Floats], size: int) -> Floats:
         others = np.arange(len(basis)) != n
         basis[others] -= basis[others, column][:, None] * basis[n]
     return np.asarray(np.where(np.abs(basis) > _TOUCHES, basis, 0.0).T)
+
+
+def holding_alone(system: System) -> dict[str, Springpot]:
+    """The springpots that may hold masses without a spring, by the names of their parts; none where something pushes.
+
+    A wall or a constant force on one side pushes such a mass away without end.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Barrier
+    >>> [*holding_alone(System(Springpot(0.3, 1.0), Springpot(0.6, 1.0)))]
+    ['springpot_1']
+    >>> holding_alone(System(Springpot(0.3, 1.0), Barrier(-1.0)))
+    {}
+    """
+    if system.stops or system.constant_force.any():
+        return {}
+    pots = {name: springpot_in(part) for name, part in system.elements.items()}
+    return {name: pot for name, pot in pots.items() if pot and 0.0 < pot.order < 0.5}
+
+
+def springpot_alone(unit: System) -> Springpot | None:
+    """The springpot that holds a mass in the end, where springpots of an order below 1/2 alone do; else None.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Barrier, Spring, WhiteNoise
+    >>> springpot_alone(System(Springpot(0.3, 1.0), Springpot(0.6, 1.0), WhiteNoise(1.0)))
+    Springpot(order=0.3, coefficient=1.0)
+    >>> springpot_alone(System(Springpot(0.3, 1.0), Spring(1.0))) is None
+    True
+    """
+    alone = holding_alone(unit)
+    return min(alone.values(), key=lambda pot: pot.order) if alone and not any(unit.potential.coefficients) else None
+
+
+def held_by_springpots(unit: System) -> Potential:
+    """The potential of a mass that springpots alone hold, with the stiffness that they have for its fast motion."""
+    frequency = resonance(_NOTHING, [part for part in unit.parts if part.remembers])
+    return replace(unit.potential, coefficients=(0.0, frequency**2))

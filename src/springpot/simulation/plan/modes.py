@@ -17,11 +17,10 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.problem.parts.walls import restitution_at
 from springpot.problem.system import System
-from springpot.simulation.plan.pressed import Pressed
 from springpot.simulation.plan.rest import least_forces, walls_at
 from springpot.simulation.plan.scales import Scales, beat, creep_time
 from springpot.simulation.plan.schemes import Straight
-from springpot.simulation.plan.struck import intensity_along
+from springpot.simulation.plan.struck import Pressed, intensity_along
 from springpot.theory.normal_modes import free_motion
 
 _ROUNDS, _ROUNDS_OF_SIZE = 60, 20  # of frequencies that depend on themselves, and of the size of the motion

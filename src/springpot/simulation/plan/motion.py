@@ -28,17 +28,21 @@ from springpot.simulation.plan.boltzmann import BoltzmannOfModes, FromPotential,
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_paper import CreepOfPaper
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
-from springpot.simulation.plan.loose import Loose, loose_masses
+from springpot.simulation.plan.loose import Loose, holding_alone, loose_masses
 from springpot.simulation.plan.modes import Modes, modes_of
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
-from springpot.simulation.plan.pressed import Pressed
 from springpot.simulation.plan.rest import within_walls
 from springpot.simulation.plan.scales import Scales
 from springpot.simulation.plan.schemes import NumericalScheme, scheme_of
 from springpot.simulation.plan.seen import Seen, levels_of, seen_of
-from springpot.simulation.plan.struck import StruckWalls, countable_restitution, intensity_along, step_that_misses
+from springpot.simulation.plan.struck import (
+    Pressed,
+    StruckWalls,
+    countable_restitution,
+    intensity_along,
+    step_that_misses,
+)
 from springpot.simulation.plan.symmetry import Symmetry
-from springpot.simulation.plan.unsprung import holding_alone
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.walls import Before
 
@@ -124,7 +128,7 @@ class Motion:
     rest, near_mean : ndarray
         Where the coordinates are at rest, and the first guess of their means.
     origin : float
-        The place in m from which x of a lone row is measured; see `springpot.simulation.plan.origin`.
+        The place in m from which x of a lone row is measured; see `springpot.simulation.plan.rest`.
     sign : float
         -1 where the wall of the paper's problem lies above the motion, else 1.
     slow : tuple of Creep or CreepOfPaper

@@ -24,14 +24,13 @@ from springpot.simulation.plan.guess import (
     guessed_scales,
     rate_on_pressed_walls,
 )
+from springpot.simulation.plan.loose import springpot_alone
 from springpot.simulation.plan.modes import modal_scales, modes_of
 from springpot.simulation.plan.motion import Motion, Potential
-from springpot.simulation.plan.origin import origin_of, seen_from
-from springpot.simulation.plan.rest import nearest_to_rest
+from springpot.simulation.plan.rest import nearest_to_rest, origin_of, seen_from
 from springpot.simulation.plan.scales import Scales, closed_form
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.symmetry import Symmetry
-from springpot.simulation.plan.unsprung import springpot_alone
 
 
 def motion_of(system: System) -> Motion:

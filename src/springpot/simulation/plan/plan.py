@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, get_args
 
 from springpot.machine.arguments import LARGEST, finite_number, one_of
 from springpot.machine.faults import shown
 from springpot.problem.system import System
-from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.options import Derivative, Options, Scheme, SchemeOfRun, StartKind, is_default
@@ -24,16 +23,49 @@ from springpot.simulation.plan.settings import (
     checked_threads,
     whole_number,
 )
-from springpot.simulation.plan.transient import MOST_TRANSIENT
 
 _OF_A_START = "initial_position", "initial_velocity", "derivative"
 SHORTEST = 1e-30  # duration, over the shortest time of the motion
 TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
 USUAL_PATHS = 5000
+MOST_TRANSIENT = 0.01  # share left at the start of the window
+WALL = 2.0  # a wall changes the slow displacements by less than this factor
 LONGEST_DEFAULT = 2_000_000  # steps
 MOST_RECORDED = 50_000_000
 COARSEST = 0.5  # largest step * fastest rate that is accepted
 COARSEST_EXACT = 2.5  # where the step has no error (`keeps_the_law`): a half step is less than a quarter of a cycle
+
+
+@dataclass(frozen=True)
+class Adapted:
+    """A stationary start, as pilot runs found it: x(0) and its error.
+
+    Made by `springpot.simulation.estimate.stationary_start.adapt`.
+
+    Attributes
+    ----------
+    position : float, or dict of float
+        x(0), in m; with several masses that of each.
+    residual, residual_se : float or None
+        |E[x] - x(0)| over the root mean square displacement, and its standard error, measured by an independent pilot
+        run before the last correction of x(0); of several masses the largest.  None if pilot runs would take too long;
+        x(0) is then that of averaging, or of rest.
+    error : float or None
+        Standard error of x(0), over the root mean square displacement; None without pilot runs.  With slopes it is that
+        along the way by which they were measured.
+    pilots : int
+        Number of pilot runs.
+    slopes : dict of float
+        How much each result changes with x(0), over the root mean square displacement, in size: measured by pilot runs
+        from places apart.  Empty where the error of x(0) fades, or no pilots were far enough apart.
+    """
+
+    position: float | dict[str, float]
+    residual: float | None
+    residual_se: float | None
+    error: float | None
+    pilots: int
+    slopes: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,3 +352,44 @@ def _initial_position(motion: Motion, given: Any, start: StartKind, derivative: 
         check_motion(motion, "start='stationary'")
         return None
     return motion.placed(given)
+
+
+def shares_missing(motion: Motion, time: float, values: Mapping[str, float]) -> dict[str, float]:
+    """Bound on the missing share of each of some values at a time, due to slow displacements.
+
+    The energy forgets its start exponentially, slow displacements like a power of time.
+    With a gap b the impact rate is proportional to exp(-b^2 / (2 <x^2>)), which adds b^2 / (2 <x^2>) to its relative
+    change.
+    """
+    missing: dict[str, float] = {}
+    for creep in () if motion.is_thermal else motion.slow:
+        for square, variance in creep.missing(time).items():
+            missing[square] = missing.get(square, 0.0) + variance
+    wider = WALL if motion.touched or motion.scales.guessed else 1.0
+    # of walls beyond the equilibrium, not on its near side as a preload
+    rarer = {
+        name: 0.5 * (wall.position - motion.origin) ** 2 / _square(motion, name, values)
+        for name, wall in motion.touched.items()
+        if wall.inwards * (wall.position - motion.origin) < 0.0
+    }
+    rarest = min(rarer.values(), default=0.0) if len(rarer) == len(motion.touched) else 0.0
+    shares = {}
+    for name in values:
+        square = motion.mean_square_of(name)
+        absent = wider * missing.get(square, 0.0)
+        if name.endswith(("v_mean_square", "_power")):
+            shares[name] = 0.0
+        elif name == "amplitude_mean_square":
+            shares[name] = min(1.0, absent / values[name])
+        else:
+            beyond = next((more for wall, more in rarer.items() if name == f"{wall}_impact_rate"), rarest)
+            more = beyond if name.endswith(("x_mean", "elongation_mean", "impact_rate")) else 0.0
+            weight = 1.0 if name == square else 0.5
+            shares[name] = min(1.0, (weight + more) * absent / values[square]) if absent > 0.0 else 0.0
+    return shares
+
+
+def _square(motion: Motion, wall: str, values: Mapping[str, float]) -> float:
+    """The mean square displacement with which the impacts on a wall change, about the rest of the springs."""
+    square = values[motion.mean_square_of(f"{wall}_impact_rate")]
+    return motion.square_about_origin(values) if motion.origin else square

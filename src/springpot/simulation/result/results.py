@@ -25,7 +25,7 @@ from springpot.problem.catalogue import (
     unit_of_result,
 )
 from springpot.problem.system import System
-from springpot.simulation.plan.adapted import Adapted
+from springpot.simulation.plan.plan import Adapted
 from springpot.simulation.plan.settings import Settings
 
 if TYPE_CHECKING:

@@ -22,10 +22,9 @@ from springpot.simulation.estimate.step_biases import impact_biases, missed_in
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, spread_by_logarithms
 from springpot.simulation.plan.motion import Motion
-from springpot.simulation.plan.plan import Plan, default_start
+from springpot.simulation.plan.plan import MOST_TRANSIENT, Plan, default_start
 from springpot.simulation.plan.settings import SINGLE_PRECISION
 from springpot.simulation.plan.struck import missed_impacts, slow_impact_order
-from springpot.simulation.plan.transient import MOST_TRANSIENT
 from springpot.theory.walls import about_each
 
 if TYPE_CHECKING:
