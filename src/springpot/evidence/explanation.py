@@ -12,7 +12,6 @@ from functools import partial
 from springpot import theory  # each method when it is asked for: the equation alone needs none
 from springpot.evidence.recommendation import NONE_COVERS
 from springpot.machine.faults import NotCoveredError, few, per_cent
-from springpot.problem.parts import SpectralExcitation
 from springpot.problem.parts.checks import signed
 from springpot.problem.parts.registration import Part, in_words
 from springpot.problem.parts.walls import Stop
@@ -185,17 +184,16 @@ def _scales(system: System) -> Iterator[str]:
 
 def _filters(system: System) -> Iterator[str]:
     """How near the filters of a simulation are to the densities that they stand for."""
-    for name, part in system.named():
-        if isinstance(part, SpectralExcitation):
-            from springpot.simulation.lowering.shaping import shape_of  # Numba is slow to import
+    for name, part in system.densities.items():
+        from springpot.simulation.lowering.shaping import shape_of  # Numba is slow to import
 
-            try:
-                shape = shape_of(part, name)
-            except ValueError as fault:
-                yield f"{fault} It cannot be simulated."
-                continue
-            near = f"within {per_cent(shape.worst)} of it, {per_cent(shape.rms)} rms"
-            yield f"{name}: simulated by a filter of {len(shape.poles)} sections whose density is {near}"
+        try:
+            shape = shape_of(part, name)
+        except ValueError as fault:
+            yield f"{fault} It cannot be simulated."
+            continue
+        near = f"within {per_cent(shape.worst)} of it, {per_cent(shape.rms)} rms"
+        yield f"{name}: simulated by a filter of {len(shape.poles)} sections whose density is {near}"
 
 
 def _coverage(system: System) -> Iterator[str]:

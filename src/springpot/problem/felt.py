@@ -166,11 +166,8 @@ def _apart(names: Sequence[str], elements: Mapping[str, Element], rows: Mapping[
 
 def _with_one_memory(name: str, elements: Mapping[str, Element], rows: Mapping[str, Floats]) -> list[str]:
     """The parts with the ends of one of them whose memory is kept as one."""
-    return [n for n, each in elements.items() if _is_in_memory(each) and np.array_equal(rows[n], rows[name])]
-
-
-def _is_in_memory(part: Element) -> bool:
-    return part.remembers and part.is_linear  # a part that yields has a state of its own
+    kept = [n for n, part in elements.items() if part.remembers and not part.yields]  # what yields has its own state
+    return [n for n in kept if np.array_equal(rows[n], rows[name])]
 
 
 def _hot(system: System, names: Iterable[str]) -> str:

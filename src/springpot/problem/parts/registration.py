@@ -464,6 +464,22 @@ class Part(Checked):
         """Whether its force is a nonlinear function of the displacement."""
         return any(self.force_coefficients()[2:])
 
+    def mean_stiffness(self, spread: float) -> float:
+        """E[k1 + 2 k2 u + 3 k3 u^2 + ...] for a normal elongation u of mean 0, with this standard deviation."""
+        whole, moment = 0.0, 1.0
+        for n, k in enumerate(self.force_coefficients()):
+            if n % 2 == 1:
+                whole += n * k * moment
+                moment *= n * spread**2
+        return whole
+
+    def largest_stiffness(self, reach: float) -> float:
+        """Of its spring, at elongations up to this one."""
+        import numpy as np  # here, so that the command starts quickly
+
+        u, polynomial = np.linspace(-reach, reach, 201), np.polynomial.polynomial
+        return float(max(polynomial.polyval(u, polynomial.polyder(self.force_coefficients()))))
+
     def energy_beside(self, elongation: Floats) -> Any:
         """Potential energy at elongations, beside that of its linear spring; infinite behind a wall."""
         from numpy.polynomial import polynomial  # here, so that the command starts quickly

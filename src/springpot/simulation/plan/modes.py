@@ -118,16 +118,6 @@ def _has_size(part: Any) -> bool:
     return bool(part.is_bent or part.is_rough)
 
 
-def _stiffness_at(part: Any, spread: float) -> float:
-    """E[k1 + 2 k2 u + 3 k3 u^2 + ...] for a normal u of mean 0."""
-    whole, moment = 0.0, 1.0
-    for n, k in enumerate(part.force_coefficients()):
-        if n % 2 == 1:
-            whole += n * k * moment
-            moment *= n * spread**2
-    return whole
-
-
 def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
     """Mean stiffness and damping of each part with two ends at the size of a motion."""
     found = {}
@@ -136,7 +126,7 @@ def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
         if _has_size(part):
             row = system.coordinates.elongations[name]
             spread, speed = modes.spread(row), modes.speed(row)
-            stiffness = _stiffness_at(part, spread)
+            stiffness = part.mean_stiffness(spread)
             damping += part.damping_beside(spread, speed, system.coordinates.reduced(row))
         found[name] = stiffness, damping
     return found
@@ -205,9 +195,8 @@ def _with_multiplied(system: System, frequency: Floats, rate: Floats, fed: Float
         return fed
     seen = np.array([(system.coordinates.elongations[name] @ shapes) ** 2 for name in noises])
     w = np.maximum(frequency, _RIGID * max(float(frequency.max()), 1e-300))
-    grows = (
-        0.5 * (seen.T * [part.intensity for part in noises.values()]) @ (seen / w**2)
-    )  # of power with each temperature
+    # of power with each temperature
+    grows = 0.5 * (seen.T * [part.intensity for part in noises.values()]) @ (seen / w**2)
     if not np.abs(np.linalg.eigvals(grows / rate[:, None])).max() < 1.0:
         return fed
     return np.asarray(rate * np.linalg.solve(np.diag(rate) - grows, fed))
@@ -231,7 +220,7 @@ def modal_scales(system: System, modes: Modes) -> Scales:
     held, pressing = modes.frequency[modes.stretching], _pressing(system, modes)
     elements = [(part, rows[name]) for name, part in system.elements.items()]
     bent = {
-        name: (max(_curvature(part, modes.spread(rows[name])), part.static_stiffness), part.linear_damping)
+        name: (max(part.largest_stiffness(_FAR * modes.spread(rows[name])), part.static_stiffness), part.linear_damping)
         for name, part in system.elements.items()
         if part.is_bent
     }
@@ -324,12 +313,6 @@ def _hops(system: System, modes: Modes, pressing: Iterable[tuple[Floats, float]]
         own = Pressed(press, restitution_at(wall, math.sqrt(2.0) * speed))
         if press > 0.0 and fed > 0.0 and own.restitution < 1.0:
             yield Straight.default_step * press / (_HOPPED * own.speed(fed, fed / speed**2))
-
-
-def _curvature(part: Any, spread: float) -> float:
-    """The largest stiffness within `_FAR` standard deviations."""
-    u = np.linspace(-_FAR * spread, _FAR * spread, 201)
-    return float(max(np.polynomial.polynomial.polyval(u, np.polynomial.polynomial.polyder(part.force_coefficients()))))
 
 
 def _slow_dashpots(system: System, modes: Modes) -> Iterator[tuple[str, float, float]]:

@@ -778,17 +778,12 @@ class Motion:
 
     def slowest_restitutions(self, name: str, step: float) -> list[float]:
         """Of each lossy wall in a result: for the slowest impacts that a step resolves, or slower ones."""
+        own = owner_of(name, self.touched)  # empty where the impacts on all walls are in it
         return [
-            min(slow_restitution(wall), restitution_of_missed(wall, intensity, step))
-            for wall, intensity in self._walls_in(name)
-            if not wall.is_elastic
+            min(slow_restitution(part), restitution_of_missed(part, self.struck_alone[wall].intensity, step))
+            for wall, part in self.system.walls.items()
+            if own in (wall, "") and not part.is_elastic
         ]
-
-    def _walls_in(self, name: str) -> list[tuple[Barrier, float]]:
-        """The walls whose impacts are in a result, and the intensity of the noise that drives masses to each."""
-        own = owner_of(name, self.touched)
-        return [(part, self.struck_alone[wall].intensity) for wall, part in self.system.walls.items()
-                if own in (wall, "")]  # fmt: skip
 
     @property
     def pressed(self) -> dict[str, Pressed]:

@@ -21,7 +21,6 @@ from springpot.machine.arguments import finite_number, items_of, without_axis
 from springpot.machine.arrays import Columns, Floats
 from springpot.machine.faults import shown
 from springpot.problem.catalogue import possible_results, unit_of_result
-from springpot.problem.parts import Barrier
 from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import ON_IMPACTS, ON_STEPS
@@ -327,9 +326,9 @@ def _taken(motion: Motion, seen: Seen) -> float:
     What comes to rest counts as one more impact: it leaves with no speed, which is r times its own to the order of a
     step.
     """
-    walls = [motion.system.stops[seen.stop]] if seen.stop else [*motion.system.stops.values()]
-    laws = {wall.restitution for wall in walls if isinstance(wall, Barrier)}
-    if len(laws) != 1 or callable(*laws) or not all(isinstance(wall, Barrier) for wall in walls):
+    stops, walls = [seen.stop] if seen.stop else [*motion.system.stops], motion.system.walls
+    laws = {walls[name].restitution for name in stops if name in walls}
+    if len(laws) != 1 or callable(*laws) or not {*stops} <= {*walls}:
         return math.nan
     at = motion.system.coordinates
     row = at.elongations[seen.stop] if seen.stop else np.ones(1)  # of one mass all walls
