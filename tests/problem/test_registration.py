@@ -9,8 +9,9 @@ from typing import get_args
 import pytest
 
 import springpot as sp
+from springpot.problem.parts.contacts import SoftStop
 from springpot.problem.parts.registration import Number, Part, Power, in_words
-from springpot.problem.parts.walls import Restitution, SoftStop
+from springpot.problem.parts.walls import Restitution
 from springpot.problem.system import KINDS
 from tests.problem.test_numbers import SMOOTH, SOFT, WARM
 

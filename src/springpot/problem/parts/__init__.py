@@ -4,6 +4,7 @@ A file here holds a family; what a kind of part must say of itself is in `spring
 """
 
 from springpot.problem.parts.circuits import *  # noqa: F403
+from springpot.problem.parts.contacts import *  # noqa: F403
 from springpot.problem.parts.dampers import *  # noqa: F403
 from springpot.problem.parts.envelopes import *  # noqa: F403
 from springpot.problem.parts.envelopes import Envelope
