@@ -17,6 +17,7 @@ from springpot import cli
 from springpot.machine.arrays import Floats
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.scattering import exceedance as exceedance_of_devices
+from springpot.scattering import stages
 from springpot.scattering.stages import AskedOfDevices, Stage, Tilt, normal_scores
 from springpot.scattering.surface import polynomials, powers_of, probability_surface
 from springpot.simulation.paths.simulation import simulation_of
@@ -37,6 +38,12 @@ PAIR = sp.System(
 MODULATED = sp.System(
     sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.2, envelope=sp.ExponentialEnvelope(slow=0.05, fast=0.5))
 )
+
+
+@pytest.fixture
+def few_devices(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An eighth of them, for what does not depend on how many there are: to make one takes longer than its paths."""
+    monkeypatch.setattr(stages, "DEVICES", 4)
 
 
 def tallies(system: sp.System, name: str, level: float, splits: bool, by_device: bool) -> Tally:
@@ -184,6 +191,7 @@ def test_what_is_not_rare_is_counted_on_plain_paths() -> None:
     assert abs(found.probability[1] - mean) < 3.5 * math.hypot(error, found.error[1])
 
 
+@pytest.mark.usefixtures("few_devices")
 def test_the_same_bits_for_any_number_of_threads() -> None:
     device = sp.System(sp.Spring(1.0), sp.Dashpot(sp.uncertain("C", 0.2, cov=0.2)), sp.WhiteNoise(0.2))
     one, two = (
@@ -256,6 +264,7 @@ def test_a_level_that_moves_with_the_walls() -> None:
     assert found.probability[0] == pytest.approx(float(weights @ alone) / 2.0, rel=0.1)
 
 
+@pytest.mark.usefixtures("few_devices")
 def test_what_all_devices_exceed() -> None:
     found = sp.exceedance_over_devices(DEVICE, {"x": 1e-4}, duration=20.0, step=0.1, start="rest")["x"]
     assert found.probability[0] == found.high[0] == 1.0
@@ -295,6 +304,7 @@ def rounds(monkeypatch: pytest.MonkeyPatch, ends_at: int, found_at: int = 0) -> 
     return seen
 
 
+@pytest.mark.usefixtures("few_devices")
 def test_rounds_in_which_no_path_exceeds_a_level_count(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = rounds(monkeypatch, ends_at=5, found_at=4)
     with pytest.warns(sp.SpringpotWarning):
@@ -304,6 +314,7 @@ def test_rounds_in_which_no_path_exceeds_a_level_count(monkeypatch: pytest.Monke
 
 
 @pytest.mark.parametrize("ends_at", [1, 2])
+@pytest.mark.usefixtures("few_devices")
 def test_what_is_known_when_the_time_is_over(ends_at: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Plain paths, then those that tell where."""
     rounds(monkeypatch, ends_at=ends_at)
@@ -314,6 +325,7 @@ def test_what_is_known_when_the_time_is_over(ends_at: int, monkeypatch: pytest.M
     assert found.high[0] > found.probability[0]
 
 
+@pytest.mark.usefixtures("few_devices")
 def test_a_nominal_device_for_which_no_time_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
     def late(*_: Any, **__: Any) -> None:
         raise TimeoutError
@@ -332,12 +344,14 @@ def test_a_time_that_is_over_while_devices_are_made() -> None:
     assert time.perf_counter() - begun < 60.0
 
 
+@pytest.mark.usefixtures("few_devices")
 def test_laws_without_tails_are_told() -> None:
     device = sp.System(sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", values=[0.1, 0.2, 0.3])), sp.WhiteNoise(0.2))
     with pytest.warns(sp.SpringpotWarning, match="the law of 3 measured values has no tails"):
         sp.exceedance_over_devices(device, {"x": 1.0}, duration=20.0, step=0.1, start="rest")
 
 
+@pytest.mark.usefixtures("few_devices")
 def test_what_bounds_leave_out_is_told_once() -> None:
     damping = sp.uncertain("c", 0.2, sd=0.05, bounds=(0.05, 0.5))
     device = sp.System(sp.Spring(1.0), sp.Dashpot(damping), sp.WhiteNoise(0.2))
@@ -350,6 +364,7 @@ def test_what_bounds_leave_out_is_told_once() -> None:
     assert "bounds leave out" in found.report()
 
 
+@pytest.mark.usefixtures("few_devices")
 def test_a_report_where_all_numbers_depend_on_each_other() -> None:
     device = sp.System(
         sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", 0.2, cov=0.2)), sp.WhiteNoise(sp.uncertain("q", 0.2, cov=0.1))
@@ -360,6 +375,7 @@ def test_a_report_where_all_numbers_depend_on_each_other() -> None:
     assert str(found).splitlines()[-1].split() == ["c", "and", "q", "100.0", "%", "100.0", "%"]
 
 
+@pytest.mark.usefixtures("few_devices")
 def test_a_report_a_dict_and_correlated_numbers() -> None:
     device = sp.System(
         sp.Spring(sp.uncertain("k", 1.0, cov=0.1)), sp.Dashpot(sp.uncertain("c", 0.2, cov=0.2)),
@@ -409,6 +425,7 @@ DEVICE = sp.System(sp.Spring(K), sp.Dashpot(0.2), sp.WhiteNoise(0.2))
         ),
     ],
 )  # fmt: skip
+@pytest.mark.usefixtures("few_devices")
 def test_what_is_wrong_is_one_sentence(system: Any, levels: Any, given: Any, words: str) -> None:
     with pytest.raises((TypeError, ValueError)) as caught:
         sp.exceedance_over_devices(system, levels, **{"duration": 20.0, "step": 0.1, "start": "rest", **given})
@@ -473,6 +490,7 @@ def test_a_longer_time_is_the_mean_over_devices_and_not_that_of_their_mean() -> 
     assert found.within(100.0).probability == pytest.approx(found.probability[-1])
 
 
+@pytest.mark.usefixtures("few_devices")
 def test_a_longer_time_needs_the_own_probabilities_and_a_stationary_start() -> None:
     given: dict[str, Any] = {"step": 0.1, "rtol": 1.0, "duration": 20.0}
     often = sp.exceedance_over_devices(DAMPED, {"x": 1.0}, **given)["x"]

@@ -143,10 +143,10 @@ def filtered(values, step, substeps, halvings, seen, noise, start, flow, terms, 
         _apply(fine, random, column, whole_random, room)
         whole = fine @ whole
     linear = flow.powers.size == 0 and flow.contacts.shape[0] == 0
-    now, then = _histories(_MOST, size), _histories(2 * _MOST, size)
+    now, then = _histories(np.int64(_MOST), size), _histories(2 * _MOST, size)
     impacts = 0.0
     for k in range(paths):
-        count = 1
+        count = np.int64(1)  # a plain 1 has a type of its own, for which another `_branched` would be compiled
         now.weights[0], now.means[0], now.covs[0], now.hits[0] = 0.0, 0.0, start, 0.0
         now.held[0], now.walls[0] = 1.0, -1
         for n in range(samples):
@@ -492,7 +492,8 @@ def _pull(flow, wall, mean):  # type: ignore[no-untyped-def]
 def _series(flow, size):  # type: ignore[no-untyped-def]
     """A^k / k!"""
     found = np.zeros((_TERMS + 1, size, size))
-    found[0] = np.eye(size)
+    for i in range(size):  # `np.eye` takes a second to compile
+        found[0, i, i] = 1.0
     for k in range(1, _TERMS + 1):
         for j in range(size):
             found[k, 0, j] = found[k - 1, 1, j] / k
