@@ -29,7 +29,7 @@ KINDS = {"System", "Oscillator", "Dimensionless"}
 NAMES = {"paper", "dimensionless", "oscillator"}
 DOORS = {
     "problem/system.py": "whether what was given is a system, for every function that takes one",
-    "theory/forms.py": "which of its forms a method has",
+    "theory/coverage.py": "which of its forms a method has",
     "simulation/plan/motions.py": "closed forms or a guess, where the plan is made",
     "evidence/reliability.py": "which of the two validity maps",
     "explorer/question.py": "the paper's view is added on the page",

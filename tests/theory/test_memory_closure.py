@@ -13,8 +13,7 @@ from springpot.evidence.reliability import warnings_of
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.methods.memory_closure import memory, steps
-from springpot.theory.methods.memory_closure.correlation import folded_spectrum, unfolded_correlation
-from springpot.theory.methods.memory_closure.memory import make_grid
+from springpot.theory.methods.memory_closure.memory import folded_spectrum, make_grid, unfolded_correlation
 from springpot.theory.methods.memory_closure.method import MemoryClosure, memory_closure
 from springpot.theory.methods.memory_closure.quadrature import half_normal_rule, oscillating_weights
 from springpot.theory.methods.memory_closure.steps import solve_with_wall

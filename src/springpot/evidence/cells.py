@@ -13,7 +13,6 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
-    Dashpot,
     PolynomialDashpot,
     PolynomialSpring,
     Spring,
@@ -22,7 +21,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System
-from springpot.theory.methods.systems.coverage import Coverage
+from springpot.theory.coverage import DAMPERS, SPRINGS, Coverage
 
 
 class PaperCell(NamedTuple):
@@ -105,9 +104,8 @@ _REACH = (
     "or two, one on each side of the equilibrium, and white or colored noise"
 )
 _COVERED = Coverage(
-    _REACH, Spring | PolynomialSpring | PolynomialDashpot | Dashpot | Springpot | Barrier | WhiteNoise | ColoredNoise,
-    linear=PolynomialDashpot, nonlinear="",
-)  # fmt: skip
+    _REACH, SPRINGS | DAMPERS | Springpot | Barrier | WhiteNoise | ColoredNoise, linear=PolynomialDashpot, nonlinear=""
+)
 
 
 def cell_of(system: System) -> Cell:

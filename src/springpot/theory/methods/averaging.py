@@ -18,8 +18,7 @@ from springpot.problem.parts.springpots import resonance
 from springpot.problem.system import System, checked_system
 from springpot.theory.decay import impact_decay, mean_square_amplitude, memory_decay, stiffness_share
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import modulus_correlation, times
-from springpot.theory.normals import Normals
+from springpot.theory.distributions import Normals, modulus_correlation, times
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Units, at_rest, endless, paper_covered
 from springpot.theory.result import Moments, NoStationaryStateError, moments_of

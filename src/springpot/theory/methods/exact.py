@@ -14,12 +14,11 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
+from springpot.theory.coverage import form_of
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import modulus_correlation, times
-from springpot.theory.forms import form_of
+from springpot.theory.distributions import Normals, hazard_of, modulus_correlation, times
 from springpot.theory.methods.systems.boltzmann import check_points_covered, exact_of_points
 from springpot.theory.methods.systems.energy import EnergyLaw, check_law_covered, exact_law
-from springpot.theory.normals import Normals, hazard_of
 from springpot.theory.numerics.contours import (
     dashpot_mean_squares,
     dashpot_motion,

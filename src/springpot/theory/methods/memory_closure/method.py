@@ -24,16 +24,16 @@ from springpot.machine.faults import NotCoveredError, per_cent
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
+from springpot.theory.distributions import Normals
 from springpot.theory.methods.exact import exact, exact_state
-from springpot.theory.methods.memory_closure.correlation import (
+from springpot.theory.methods.memory_closure.memory import (
+    Loop,
     folded_correlation,
     folded_spectrum,
     unfolded_correlation,
 )
-from springpot.theory.methods.memory_closure.memory import Loop
 from springpot.theory.methods.memory_closure.plane import Plane
 from springpot.theory.methods.memory_closure.steps import least_loss, light_loss, solve_with_wall
-from springpot.theory.normals import Normals
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Units, at_rest, endless, paper_covered, problem_and_units
 from springpot.theory.result import ROUNDED, Moments

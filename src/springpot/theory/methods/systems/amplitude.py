@@ -11,15 +11,15 @@ from numpy.typing import ArrayLike
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
+from springpot.problem.parts import Barrier, PolynomialDashpot, Springpot, WhiteNoise
 from springpot.problem.parts.springpots import springpot_in
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System, checked_system
+from springpot.theory.coverage import DAMPERS, SPRINGS, Coverage, unheld
 from springpot.theory.decay import memory_decay, stiffness_share
 from springpot.theory.densities import WithLaw
 from springpot.theory.distributions import numbers_only
 from springpot.theory.methods.envelope.balance import Labels
-from springpot.theory.methods.systems.coverage import Coverage, unheld
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.result import Moments, moments_of
 
@@ -27,10 +27,7 @@ _REACH = (
     "Averaging of the amplitude covers springs of odd powers that harden, springpots and dashpots, white noise, and "
     "one wall at the equilibrium or none"
 )
-_COVERED = Coverage(
-    _REACH, Spring | PolynomialSpring | Springpot | Dashpot | PolynomialDashpot | Barrier | WhiteNoise,
-    linear=PolynomialDashpot,
-)  # fmt: skip
+_COVERED = Coverage(_REACH, SPRINGS | DAMPERS | Springpot | Barrier | WhiteNoise, linear=PolynomialDashpot)
 _FAR = 45.0  # exponent at which the density ends
 _PANELS = 48
 _ANGLES = 48

@@ -13,26 +13,15 @@ from numpy.typing import NDArray
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.parts import (
-    Barrier,
     Constant,
     Contact,
-    Dashpot,
-    FractionalMaxwell,
-    Inerter,
-    Mass,
-    Maxwell,
-    Point,
     PolynomialDashpot,
-    PolynomialSpring,
-    Spring,
-    Springpot,
     ThermalNoise,
     WhiteNoise,
 )
-from springpot.problem.parts.circuits import Circuit
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
-from springpot.theory.methods.systems.coverage import Coverage
+from springpot.theory.coverage import DAMPERS, INERTIA, MEMORY, SPRINGS, STOPS, Coverage
 from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.simplices import cut, facets_on, integral, simplices_of_box
 from springpot.theory.result import Moments, NoStationaryStateError, moments_of
@@ -41,13 +30,11 @@ _REACH = (
     "The exact law of several masses covers springs, elastic walls and contacts without dissipation, with "
     "ThermalNoise, or with white noise that is to the dashpots as noise of one temperature"
 )
-_MEMORY = Springpot | FractionalMaxwell | Maxwell | Circuit
-_STOPS = Barrier | Contact
 _COVERED = Coverage(
-    _REACH, Mass | Inerter | Point | Spring | PolynomialSpring | Constant | _STOPS | Dashpot | PolynomialDashpot
-    | _MEMORY | ThermalNoise | WhiteNoise,
+    _REACH,
+    INERTIA | SPRINGS | DAMPERS | MEMORY | STOPS | Constant | ThermalNoise | WhiteNoise,
     linear=PolynomialDashpot,
-)  # fmt: skip
+)
 _MOST = 3  # coordinates that are integrated over together
 _ROUGH, _FINE = 1e-2, {1: 1e-8, 2: 1e-8, 3: 1e-6}  # between two rules, by coordinates: more than is left of the finer
 _FAR = 36.0  # energy over kT above the least that is left out

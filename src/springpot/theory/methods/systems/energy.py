@@ -11,24 +11,16 @@ from numpy.typing import NDArray
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
-    Barrier,
     Constant,
-    Contact,
-    Dashpot,
-    FractionalMaxwell,
-    Maxwell,
     PolynomialDashpot,
-    PolynomialSpring,
-    Spring,
     Springpot,
     ThermalNoise,
     VanDerPol,
     WhiteNoise,
 )
-from springpot.problem.parts.circuits import Circuit
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
-from springpot.theory.methods.systems.coverage import Coverage
+from springpot.theory.coverage import DAMPERS, MEMORY, SPRINGS, STOPS, Coverage
 from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.numerics.polynomials import roots_of
 from springpot.theory.problem import Units
@@ -47,12 +39,9 @@ _REACH = (
     "The exact law covers springs, elastic walls and contacts without dissipation, with dashpots and white noise, or "
     "with ThermalNoise"
 )
-_KEPT = Spring | PolynomialSpring | Constant | Barrier | Contact  # parts that only shape the potential
-_MEMORY = Springpot | FractionalMaxwell | Maxwell | Circuit
-_THERMAL = Coverage(
-    _REACH, _KEPT | Dashpot | PolynomialDashpot | _MEMORY | ThermalNoise | WhiteNoise, linear=PolynomialDashpot
-)
-_WHITE = Coverage(_REACH, _KEPT | Dashpot | PolynomialDashpot | VanDerPol | Springpot | WhiteNoise)
+_KEPT = SPRINGS | Constant | STOPS  # parts that only shape the potential
+_THERMAL = Coverage(_REACH, _KEPT | DAMPERS | MEMORY | ThermalNoise | WhiteNoise, linear=PolynomialDashpot)
+_WHITE = Coverage(_REACH, _KEPT | DAMPERS | VanDerPol | Springpot | WhiteNoise)
 
 
 @dataclass(frozen=True)

@@ -13,23 +13,12 @@ from scipy import optimize
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
-    Barrier,
     ColoredNoise,
     Constant,
-    Contact,
-    Dashpot,
-    FractionalMaxwell,
-    Inerter,
     KanaiTajimiNoise,
-    Mass,
-    Maxwell,
     ParametricNoise,
     PiezoelectricCircuit,
-    Point,
     PoissonImpulses,
-    PolynomialDashpot,
-    PolynomialSpring,
-    Spring,
     Springpot,
     ThermalNoise,
     VanDerPol,
@@ -38,10 +27,9 @@ from springpot.problem.parts import (
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
-from springpot.theory.forms import form_of
+from springpot.theory.coverage import ARMS, DAMPERS, INERTIA, SPRINGS, STOPS, Coverage, form_of, unheld
 from springpot.theory.methods.envelope.balance import Labels, slow_line
 from springpot.theory.methods.envelope.method import Envelope, check_paper_covered, envelope_of_paper
-from springpot.theory.methods.systems.coverage import Coverage, unheld
 from springpot.theory.methods.systems.cycles import (
     COARSE,
     FINE,
@@ -75,13 +63,9 @@ _DEPTH, _CUTOFF, _FIELD_STEPS, _FIELD_SETTLED = 3, 1e-8, 30, 3e-4  # of the mean
 _STILL = 1e-6  # variance of the cycles' mean over <x^2>, below which slow changes of it are not followed
 _STRONG = 1.0  # loss in a cycle over the energy, above which it is said
 # no ResonantCircuit: two motions that take turns are no slow change of one cycle
-_ELEMENTS = (
-    Spring | PolynomialSpring | Dashpot | PolynomialDashpot | VanDerPol | Springpot | FractionalMaxwell | Maxwell
-)
+_ELEMENTS = SPRINGS | DAMPERS | VanDerPol | Springpot | ARMS | PiezoelectricCircuit
 _NOISES = WhiteNoise | ColoredNoise | KanaiTajimiNoise | PoissonImpulses | ParametricNoise | ThermalNoise
-_COVERED = Coverage(
-    REACH, Mass | Inerter | Point | _ELEMENTS | PiezoelectricCircuit | Barrier | Contact | Constant | _NOISES
-)
+_COVERED = Coverage(REACH, INERTIA | _ELEMENTS | STOPS | Constant | _NOISES)
 
 
 @dataclass(frozen=True)

@@ -14,19 +14,17 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, known_word, shown
 from springpot.problem.parts import (
     Barrier,
-    Dashpot,
     PolynomialDashpot,
-    PolynomialSpring,
     Spring,
     Springpot,
     WhiteNoise,
 )
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System, checked_system
+from springpot.theory.coverage import DAMPERS, SPRINGS, Coverage
 from springpot.theory.densities import WithLaw
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.impacts import Impacts, with_short_returns
-from springpot.theory.methods.systems.coverage import Coverage
 from springpot.theory.methods.systems.half_cycle_chain import (
     FASTEST,
     MOST_CELLS,
@@ -43,7 +41,7 @@ from springpot.theory.result import Moments, moments_of
 _REACH = "The half cycles cover two rigid walls, one on each side of the equilibrium 0"
 _COVERED = Coverage(
     f"{_REACH}, linear springs and cubic ones that harden, dashpots, springpots and white noise",
-    Spring | PolynomialSpring | Dashpot | PolynomialDashpot | Springpot | Barrier | WhiteNoise,
+    SPRINGS | DAMPERS | Springpot | Barrier | WhiteNoise,
     linear=PolynomialDashpot,
     nonlinear="",
 )

@@ -21,21 +21,14 @@ from springpot.problem.parts import (
     CloughPenzienNoise,
     ColoredNoise,
     Constant,
-    Dashpot,
-    FractionalMaxwell,
     Harmonic,
-    Inerter,
     KanaiTajimiNoise,
-    Mass,
     Maxwell,
     ParametricNoise,
-    Point,
     PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
     SpectralExcitation,
-    Spring,
-    Springpot,
     ThermalNoise,
     WhiteNoise,
 )
@@ -43,7 +36,7 @@ from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element
 from springpot.problem.parts.springpots import order_at_rest, springpot_in
 from springpot.problem.system import System, checked_system
-from springpot.theory.methods.systems.coverage import Coverage
+from springpot.theory.coverage import DAMPERS, INERTIA, MEMORY, SPRINGS, Coverage
 from springpot.theory.methods.systems.felt import felt_mean, felt_mean_square, felt_spectrum
 from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.frequencies import integrals, resonances
@@ -55,12 +48,10 @@ _LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
 _ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
 _FAR = 1e6  # of the largest frequency: there a spectral density has its last slope
 _GROWS = "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
-_MEMORY = Springpot | FractionalMaxwell | Maxwell | Circuit
 _NOISES = WhiteNoise | ColoredNoise | KanaiTajimiNoise | CloughPenzienNoise | PoissonImpulses | SpectralExcitation
 _COVERED = Coverage(
     "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts",
-    Mass | Inerter | Point | Spring | PolynomialSpring | Dashpot | PolynomialDashpot | _MEMORY | _NOISES | Constant
-    | Harmonic | ParametricNoise | ThermalNoise,
+    INERTIA | SPRINGS | DAMPERS | MEMORY | Constant | Harmonic | _NOISES | ParametricNoise | ThermalNoise,
     linear=PolynomialSpring | PolynomialDashpot,
     nonlinear="",
 )  # fmt: skip
@@ -171,7 +162,9 @@ class Companion:
         small = np.maximum(w, 1e-150)
         for element in (*self.elements, *self.circuits):
             loss = hot * np.imag(element.modulus(1j * small)) / small
-            found.append((self.row(element), np.where((w == 0.0) & _is_fractional(element), math.inf, loss)))
+            pot = springpot_in(element)  # of which the noise is unbounded at low frequency
+            fractional = pot is not None and pot.remembers
+            found.append((self.row(element), np.where((w == 0.0) & fractional, math.inf, loss)))
         return found
 
     @cached_property
@@ -267,12 +260,6 @@ def _at(density: Density, w: Floats) -> Floats:
 def _wide(numbers: Any) -> Any:
     """Numbers before a matrix each."""
     return numbers[..., None, None]
-
-
-def _is_fractional(element: Element) -> bool:
-    """Whether the matched noise of an element is unbounded at low frequency."""
-    pot = springpot_in(element)
-    return pot is not None and pot.remembers
 
 
 @dataclass(frozen=True)
@@ -746,7 +733,11 @@ def _settled(companion: Companion) -> Companion | str:
 
     Noise that multiplies elongations is then known white noise.
     """
-    companion = _sprung(companion)
+    springs = [element for element in companion.elements if element.has_equivalent]
+    if springs:
+        static = companion.stiffness + sum(companion.along(spring, spring.static_stiffness) for spring in springs)
+        kept = tuple(element for element in companion.elements if element not in springs)
+        companion = replace(companion, stiffness=static, elements=kept)
     if statement := _endless(companion):
         return statement
     return _known(companion) if companion.parametric else companion
@@ -792,14 +783,6 @@ def pulled(companion: Companion, arms: Sequence[Maxwell]) -> list[tuple[float, f
         forces = [(push, strained(density, arm)) for push, density in settled.groups]
         found.append((seen.motions_within(row)[0][2], float(seen.mean_squares(row, forces)[0])))
     return found
-
-
-def _sprung(companion: Companion) -> Companion:
-    """With a spring in place of each springpot of order 0."""
-    springs = [e for e in companion.elements if e.has_equivalent]
-    static = companion.stiffness + sum(companion.along(spring, spring.static_stiffness) for spring in springs)
-    kept = tuple(e for e in companion.elements if e not in springs)
-    return replace(companion, stiffness=static, elements=kept) if springs else companion
 
 
 def _endless(companion: Companion) -> str:

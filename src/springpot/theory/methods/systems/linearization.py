@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -18,6 +18,7 @@ from springpot.problem.parts import (
     Constant,
     Dashpot,
     Harmonic,
+    Maxwell,
     ParametricNoise,
     PolynomialSpring,
     Spring,
@@ -26,10 +27,9 @@ from springpot.problem.parts import (
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
-from springpot.theory.methods.systems.coverage import unheld
+from springpot.theory.coverage import unheld
 from springpot.theory.methods.systems.energy import exact_law
-from springpot.theory.methods.systems.linear import Companion, companion_of, linear_moments, motions
-from springpot.theory.methods.systems.yielding import with_arms
+from springpot.theory.methods.systems.linear import Companion, companion_of, linear_moments, motions, pulled
 from springpot.theory.numerics.polynomials import roots_of
 from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, Result
 
@@ -37,6 +37,7 @@ _REACH = "Statistical linearization covers nonlinear springs with one equilibriu
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
 _WEIGHTS = _WEIGHTS / math.sqrt(2.0 * math.pi)
 _TOLERANCE = 1e-10
+_HALFWAY = 40  # steps, before Newton's method, to the arms of parts that yield
 _BENT = 0.05  # error of the variance in a bath of springs that bend, beyond which it is said
 _NOTHING = 1e-18  # of the largest mean square
 _EVEN = 1e-12
@@ -320,7 +321,8 @@ class NearestLinear:
         found = linear_moments(system, replace(here, force=here.stiffness @ mean))  # which gives that mean
         warnings = () if isinstance(found, str) else tuple(self.doubts(here, state))
         if not isinstance(found, str):
-            warnings += tuple(dict.fromkeys(part.doubt for part in yielding.values()))
+            by_kind = sorted(yielding.values(), key=lambda part: part.said)
+            warnings += tuple(dict.fromkeys(part.doubt for part in by_kind))
         return here, found, warnings
 
     def settled(self) -> tuple[Companion, Floats]:
@@ -461,3 +463,60 @@ def _strained(row: _Row, here: Companion, mean: float, x_spread: float, v_spread
         if abs(ratio - 1.0) > _BENT:
             return "small" if ratio < 1.0 else "large"
     return ""
+
+
+def with_arms(companion: Companion, parts: Sequence[Yielding], settled: Callable[[Companion], Companion]) -> Companion:
+    """A linear system with Maxwell elements that agree with its motion, last among its elements.
+
+    Parameters
+    ----------
+    companion : Companion
+        The linear system without them.
+    parts : sequence of BoucWen or Jenkins
+    settled : callable
+        What makes of a linear system with them one whose springs and dampers agree with its motion too.
+
+    Raises
+    ------
+    NoConvergenceError, NoStationaryStateError
+        If there are none that are found, or no stationary state.
+    """
+    count = len(parts)
+
+    def arms(state: Floats) -> tuple[list[Maxwell], Floats]:
+        speeds = np.exp(state[:count])
+        each = (
+            part.nearest_arm(speed, part.arm_state(free))
+            for part, speed, free in zip(parts, speeds.tolist(), state[count:].tolist(), strict=True)
+        )
+        found, forces = zip(*each, strict=True)
+        return [*found], np.concatenate([speeds, forces])
+
+    def missing(state: Floats) -> Floats:
+        found, sizes = arms(state)
+        return np.log(_sizes(settled(_with(companion, found)), found) / sizes)
+
+    heaviest = float(np.diag(companion.mass).max())
+    speeds = [part.yield_displacement * math.sqrt(part.stiffness / heaviest) for part in parts]
+    state = np.concatenate([np.log(speeds), np.zeros(count)])
+    for _ in range(_HALFWAY):
+        step = missing(state)
+        state = state + 0.5 * step
+        if np.abs(step).max() < 0.01:
+            break
+    state = optimize.root(missing, state, method="hybr", options={"xtol": _TOLERANCE}).x
+    if not np.abs(missing(state)).max() < 1e-7:
+        raise NoConvergenceError("statistical linearization found no solution: its equations did not settle.")
+    return _with(companion, arms(state)[0])
+
+
+def _with(companion: Companion, arms: Sequence[Maxwell]) -> Companion:
+    return replace(companion, elements=(*companion.elements, *arms))
+
+
+def _sizes(companion: Companion, arms: Sequence[Maxwell]) -> Floats:
+    """Standard deviations of the velocities of the arms' elongations, and of their forces."""
+    found = pulled(companion, arms)
+    if isinstance(found, str):
+        raise NoStationaryStateError(found)
+    return np.asarray(np.sqrt(found)).T.ravel()

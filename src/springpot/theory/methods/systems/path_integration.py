@@ -14,28 +14,20 @@ from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
     Constant,
-    Contact,
-    Dashpot,
-    PolynomialDashpot,
-    PolynomialSpring,
-    Spring,
     Springpot,
     VanDerPol,
 )
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
+from springpot.theory.coverage import DAMPERS, SPRINGS, STOPS, Coverage, unheld
 from springpot.theory.methods.systems.chain import Chain, Grid, grid_over, kernel_weights, make_chain
-from springpot.theory.methods.systems.coverage import Coverage, unheld
 from springpot.theory.methods.systems.impacts import endless_walls
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.polynomials import roots_of
 from springpot.theory.result import Moments, NoConvergenceError, Result, moments_of
 
 REACH = "Path integration covers one colored noise with springs, contacts without loss, dampers, springpots and walls"
-_COVERED = Coverage(
-    REACH, Spring | PolynomialSpring | Constant | Contact | Barrier | Dashpot | PolynomialDashpot | VanDerPol
-    | Springpot | ColoredNoise,
-)  # fmt: skip
+_COVERED = Coverage(REACH, SPRINGS | DAMPERS | VanDerPol | Springpot | STOPS | Constant | ColoredNoise)
 
 _ROUGH, _ROUGH_FREE, _FINE = (7, 26, 31), (7, 36, 37), (11, 40, 49)  # nodes of y, x and v
 _WIDE = 6.0  # standard deviations of x to the ends of the grid where there is no wall, and half a deviation less of v
@@ -196,17 +188,6 @@ def check_covered(system: System) -> _Problem:
     )
 
 
-def _acceleration(problem: _Problem, y: Floats, x: Floats, v: Floats, memory: _Memory | None) -> Floats:
-    unit = problem.unit
-    found = y - unit.potential.force(x) - problem.damping * v
-    for part in unit.parts:
-        for c, power in zip(part.damping_coefficients()[1:], (np.abs(v) * v, v**3), strict=False):
-            found = found - c * power
-    for part in unit.parts:
-        found = found - part.force_beside(x, v)
-    return np.asarray(found if memory is None else found - memory.force(y, x, v))
-
-
 def _grid(problem: _Problem, mean: float, deviation: float, speed: float, size: tuple[int, int, int]) -> Grid:
     potential = problem.unit.potential
     low, high = mean - _WIDE * deviation, mean + _WIDE * deviation
@@ -244,10 +225,18 @@ def _step(problem: _Problem, mean: float, deviation: float, speed: float) -> flo
 
 
 def _law(problem: _Problem, grid: Grid, step: float, memory: _Memory | None, start: Floats | None) -> _Law:
+    unit = problem.unit
+
     def acceleration(y: Floats, x: Floats, v: Floats) -> Floats:
         # beyond the grid the polynomial may feed the motion
-        inside = np.clip(x, grid.x[0], grid.x[-1]), np.clip(v, grid.v[0], grid.v[-1])
-        return _acceleration(problem, y, *inside, memory)
+        x, v = np.clip(x, grid.x[0], grid.x[-1]), np.clip(v, grid.v[0], grid.v[-1])
+        found = y - unit.potential.force(x) - problem.damping * v
+        for part in unit.parts:
+            for c, power in zip(part.damping_coefficients()[1:], (np.abs(v) * v, v**3), strict=False):
+                found = found - c * power
+        for part in unit.parts:
+            found = found - part.force_beside(x, v)
+        return np.asarray(found if memory is None else found - memory.force(y, x, v))
 
     tau = problem.noise.correlation_time
     chain = make_chain(grid, step, tau, acceleration, problem.stops)

@@ -1,15 +1,41 @@
-"""What a method for systems covers: kinds of parts, and nothing that a wall, contact or damper does beyond that."""
+"""What a method covers: kinds of parts, and nothing that these do beyond that; and in which of its forms."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from types import UnionType
+from typing import TypeVar
 
 from springpot.machine.faults import NotCoveredError
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.parts import (
+    Barrier,
+    Contact,
+    Dashpot,
+    FractionalMaxwell,
+    Inerter,
+    Mass,
+    Maxwell,
+    Point,
+    PolynomialDashpot,
+    PolynomialSpring,
+    Spring,
+    Springpot,
+)
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.springpots import order_at_rest
 from springpot.problem.parts.walls import slow_restitution
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
+
+Answer = TypeVar("Answer")
+
+INERTIA = Mass | Inerter | Point
+SPRINGS = Spring | PolynomialSpring
+DAMPERS = Dashpot | PolynomialDashpot
+ARMS = FractionalMaxwell | Maxwell
+MEMORY = Springpot | ARMS | Circuit
+STOPS = Barrier | Contact
 
 
 @dataclass(frozen=True)
@@ -81,3 +107,26 @@ def unheld(elements: Iterable[object], cause: str) -> str:
     if any(0.0 < order_at_rest(part) < 0.5 for part in elements):
         raise NotCoveredError("A mass that a springpot holds without a spring is covered by the linear theory only.")
     return f"There is no stationary state: {cause}."
+
+
+def form_of(
+    system: System, paper: Callable[[System], Answer], *others: Callable[[System], Answer]
+) -> Callable[[System], Answer]:
+    """One of the functions: of the paper's problem, of other motions per unit mass, and the last of all systems.
+
+    Theory decides here, and nowhere else, whether a system is the paper's problem.
+
+    Raises
+    ------
+    TypeError
+        If it is not a System.
+    """
+    try:
+        _ = checked_system(system).per_unit_mass
+    except NotCoveredError:
+        return others[-1]
+    try:
+        Dimensionless.of(system)
+    except NotCoveredError:
+        return others[0]
+    return paper
