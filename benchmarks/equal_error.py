@@ -25,7 +25,7 @@ from benchmarks.plain import plain_of
 from springpot import Oscillator, Springpot, System
 from springpot.simulation import simulate
 from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.kernel.normals import key_words
+from springpot.simulation.kernel.native import key_words
 from springpot.theory import exact
 
 __all__ = [

@@ -17,7 +17,7 @@ from springpot.simulation.kernel import tables
 from springpot.simulation.kernel.calling import pointer_like
 from springpot.simulation.kernel.lanes import GROUP, LANES, WIDTH, f32, stack_array, u32
 from springpot.simulation.kernel.motion import NUMBERS_OF_MODE, remember
-from springpot.simulation.kernel.normals import key_words
+from springpot.simulation.kernel.native import key_words
 from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.random import draw, lane_numbers, number_lanes
 from springpot.simulation.kernel.reading import fixed

@@ -14,7 +14,7 @@ import numpy as np
 import springpot as sp
 from springpot.fitting.impact_filter import Flow, filtered
 from springpot.simulation.kernel import callbacks
-from springpot.simulation.kernel.entries import ENTRIES, KERNELS, KERNELS_BY_LANE
+from springpot.simulation.kernel.native import ENTRIES, KERNELS, KERNELS_BY_LANE
 from springpot.simulation.monte_carlo import simulate  # noqa: F401  (one process makes the bytecode that all need)
 
 PAIR = sp.System(

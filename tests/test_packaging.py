@@ -17,8 +17,8 @@ from pathlib import Path
 import pytest
 
 from springpot.machine.extras import EXTRAS
-from springpot.simulation.kernel.entries import ENTRIES
 from springpot.simulation.kernel.make_objects import SHIPPED
+from springpot.simulation.kernel.native import ENTRIES
 from springpot.simulation.kernel.targets import TARGETS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -65,8 +65,8 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
 
 WITH_OBJECTS = """
 import sys
-from springpot.simulation.kernel.entries import ENTRIES
-from springpot.simulation.kernel.normals import normals
+from springpot.simulation.kernel.native import ENTRIES
+from springpot.simulation.kernel.native import normals
 assert 0.8 < normals(seed=3, paths=70, steps=9).std() < 1.2
 print(all(entry.load().how.startswith("of this installation, for ") for entry in ENTRIES), "numba" in sys.modules)
 """

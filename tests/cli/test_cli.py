@@ -27,7 +27,7 @@ from springpot.machine.faults import with_error
 from springpot.machine.interrupt import leave_at_once
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.simulation import monte_carlo
-from springpot.simulation.kernel.entries import ENTRIES
+from springpot.simulation.kernel.native import ENTRIES
 from springpot.simulation.plan.options import Options
 from tests.posix import needs_signals
 from tests.signals import in_a_terminal

@@ -15,9 +15,8 @@ from scipy import optimize
 import springpot as sp
 from springpot.designing import rounds as rounds_module
 from springpot.designing.approximation import leading, smooth
-from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import theory_values
-from springpot.designing.search import Approximation, search
+from springpot.designing.search import Approximation, DesignProgress, search
 from springpot.designing.statement import Cost, Limit, Space
 from springpot.machine.arguments import Free
 from springpot.machine.progress import Clock, OutOfTimeError

@@ -10,8 +10,8 @@ import pytest
 
 import springpot as sp
 from springpot.designing.approximation import leading
-from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import chosen_method
+from springpot.designing.search import DesignProgress
 from springpot.designing.sensitivities import BACKWARD, CENTRAL, FORWARD, Stencil, _difference, extrapolated
 
 LINEAR = sp.Oscillator(natural_frequency=2.0, springpot=sp.Springpot(1.0, 0.4), barrier=None,

@@ -16,8 +16,7 @@ import pytest
 from scipy import stats
 
 import springpot as sp
-from springpot.simulation.kernel.entries import FILL_NORMALS
-from springpot.simulation.kernel.normals import key_words
+from springpot.simulation.kernel.native import FILL_NORMALS, key_words
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import Ensemble, simulation_of
 from springpot.simulation.plan.plan import plan_of

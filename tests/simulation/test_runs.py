@@ -18,7 +18,7 @@ from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.file import read_system
 from springpot.simulation import simulate
 from springpot.simulation.kernel.motion import NUMBERS_OF_MODE
-from springpot.simulation.kernel.normals import normals
+from springpot.simulation.kernel.native import normals
 from springpot.simulation.kernel.tables import MODE_TABLE
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of

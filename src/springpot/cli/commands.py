@@ -42,9 +42,9 @@ from springpot.cli.terminal import (
     print_table,
 )
 from springpot.files.units import Decimal
+from springpot.machine.arguments import place_for
 from springpot.machine.bar import Bar, say
 from springpot.machine.faults import Stopped, known_word, with_error
-from springpot.machine.files import place_for
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
 
 if TYPE_CHECKING:

@@ -89,7 +89,7 @@ def compiled_code() -> dict[str, Any]:
     >>> compiled_code()["lanes"] in (32, 64)
     True
     """
-    from springpot.simulation.kernel.entries import ENTRIES
+    from springpot.simulation.kernel.native import ENTRIES
     from springpot.simulation.kernel.targets import target
 
     return {"target": target().name, "lanes": target().width, **{entry.name: entry.load().how for entry in ENTRIES}}

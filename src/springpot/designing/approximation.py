@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, samples_of, theory_values
+from springpot.designing.search import DesignProgress
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, trust

@@ -8,11 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from springpot.designing.approximation import approximated, places_of
-from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.results import Design, Round, in_words
 from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, by_monte_carlo, rounds
-from springpot.designing.search import Approximation
+from springpot.designing.search import Approximation, DesignProgress
 from springpot.designing.statement import Cost, Space, Wanted, check_names, checked_cost, checked_limits
 from springpot.designing.tolerances import OverDevices, names_over_devices
 from springpot.machine.arguments import Free, Uncertain, check_called, finite_number

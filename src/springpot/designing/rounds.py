@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from springpot.designing.pooling import Pooled, RoundValue, pooled
-from springpot.designing.progress import DesignProgress
 from springpot.designing.results import Promise, Round
-from springpot.designing.search import CLOSE, Approximation, Found, search
+from springpot.designing.search import CLOSE, Approximation, DesignProgress, Found, search
 from springpot.designing.statement import Limit
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, per_cent

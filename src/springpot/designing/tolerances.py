@@ -11,10 +11,9 @@ import numpy as np
 
 from springpot.designing.approximation import Quantities, leading, smooth
 from springpot.designing.pooling import RoundValue
-from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed
 from springpot.designing.rounds import Simulated
-from springpot.designing.search import Approximation, Found
+from springpot.designing.search import Approximation, DesignProgress, Found
 from springpot.designing.statement import Space, quantile_in
 from springpot.machine.arrays import Floats
 from springpot.problem.free_numbers import nominal, with_values

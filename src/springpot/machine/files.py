@@ -1,7 +1,4 @@
-"""Atomic files: each is written under another name and then renamed, so that it is complete or missing.
-
-Output files are checked before any work and never replaced without permission.
-"""
+"""Atomic files: each is written under another name and then renamed, so that it is complete or missing."""
 
 from __future__ import annotations
 
@@ -22,7 +19,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from springpot.machine.arguments import checked_path, switch
 from springpot.machine.faults import FileError
 from springpot.machine.platforms import AT_ONCE, WINDOWS, alone, is_alive, patiently
 
@@ -277,43 +273,6 @@ def _is_orphan(entry: os.DirEntry[str]) -> bool:
         return time.time() - entry.stat().st_mtime > KEPT_BY_OTHERS
     except FileNotFoundError:
         return False
-
-
-def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
-    """The path of an output file, if it may be written.
-
-    Parameters
-    ----------
-    path : str or Path
-    overwrite : bool
-        Whether a file that is there may be replaced.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    ValueError
-        If its folder does not exist, something else than a file is in its place, or a file is there and ``overwrite``
-        was not given.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> place = Path(tempfile.mkdtemp()) / "run.nc"
-    >>> place_for(place) == place
-    True
-    """
-    place, name = checked_path(path, "path"), str(path)
-    switch(overwrite, "overwrite")
-    if not place.absolute().parent.is_dir():
-        raise ValueError(f"{name!r} cannot be written: the folder {str(place.parent)!r} does not exist.")
-    if place.exists() and not place.is_file():
-        raise ValueError(f"{name!r} cannot be written: it is a folder or another thing that is not a file.")
-    if place.exists() and not overwrite:
-        raise ValueError(f"{name!r} exists already: give another name, or overwrite=True to replace it.")
-    return place
 
 
 def shell_word(path: str | Path) -> str:

@@ -82,7 +82,7 @@ def estimate(study: Study) -> Estimate:
 
 def _kernels() -> int:
     """Number of kernels that are compiled or read from disk: there is one for each precision."""
-    entries = sys.modules.get("springpot.simulation.kernel.entries")
+    entries = sys.modules.get("springpot.simulation.kernel.native")
     return 0 if entries is None else sum(entry.is_loaded for entry in entries.ENTRIES)
 
 

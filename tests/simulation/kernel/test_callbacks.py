@@ -18,10 +18,9 @@ from scipy import special
 
 import springpot as sp
 from springpot.simulation.kernel import callbacks
-from springpot.simulation.kernel.callbacks import callback
+from springpot.simulation.kernel.callbacks import callback, inlined
 from springpot.simulation.kernel.fingerprint import fingerprint
 from springpot.simulation.kernel.lanes import INLINE, LANES, lesser, stack_array
-from springpot.simulation.kernel.user_functions import inlined
 from springpot.simulation.monte_carlo import simulated
 from tests.sizes import validation
 

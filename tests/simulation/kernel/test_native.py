@@ -23,10 +23,9 @@ import pytest
 
 from springpot.machine import trusted
 from springpot.simulation.kernel import kept, native, targets
-from springpot.simulation.kernel.entries import ENTRIES, FILL_NORMALS
-from springpot.simulation.kernel.loading import MissingSymbolError, loaded, needed
+from springpot.simulation.kernel.kept import MissingSymbolError, loaded, needed
 from springpot.simulation.kernel.make_objects import LIBRARY, make
-from springpot.simulation.kernel.native import MANIFEST, Entry
+from springpot.simulation.kernel.native import ENTRIES, FILL_NORMALS, MANIFEST, Entry
 from springpot.simulation.kernel.targets import TARGETS, target
 from tests.posix import make_pipe
 from tests.sizes import validation
@@ -181,7 +180,7 @@ def test_the_command_says_it_in_one_sentence(tmp_path: Path) -> None:
     code = (
         "from springpot import cli; from springpot.cli import doctor; from springpot.machine import trusted\n"
         "doctor.self_check = lambda: {'passed': True, 'statement': 'left out'}\n"
-        "from springpot.simulation.kernel.entries import FILL_NORMALS\n"
+        "from springpot.simulation.kernel.native import FILL_NORMALS\n"
         "doctor.compiled_code = lambda: {'fill_normals': FILL_NORMALS.load().how}\n"
         "assert cli.main(['doctor']) == 0"
     )

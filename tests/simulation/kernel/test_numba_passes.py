@@ -22,7 +22,7 @@ RUN = """
 import json
 import springpot as sp
 from springpot.simulation.kernel import lanes
-from springpot.simulation.kernel.entries import KERNELS
+from springpot.simulation.kernel.native import KERNELS
 assert not lanes.QUICK
 run = sp.simulate(sp.Oscillator(**{barrier}), paths=64, duration=30.0, seed=5, memory_tolerance={tolerance}, {more})
 values = {{name: repr(estimate.value) for name, estimate in run.estimates.items()}}

@@ -9,7 +9,7 @@ from numba import njit
 from scipy import special
 
 from springpot.simulation.kernel import random as source
-from springpot.simulation.kernel.normals import normals
+from springpot.simulation.kernel.native import normals
 from tests.sizes import validation
 
 

@@ -9,8 +9,7 @@ import pytest
 
 import springpot as sp
 from springpot.simulation.kernel import tables
-from springpot.simulation.kernel.entries import KERNELS
-from springpot.simulation.kernel.native import Entry
+from springpot.simulation.kernel.native import KERNELS, Entry
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
 from tests.simulation.systems import of_many_kinds

@@ -17,8 +17,8 @@ import llvmlite.binding as llvm
 from numba import __version__, cfunc, njit, types
 from numba.core.compiler_lock import global_compiler_lock
 
+from springpot.simulation.kernel.kept import SYMBOL, Code
 from springpot.simulation.kernel.lanes import FAST, LINKED, QUICK
-from springpot.simulation.kernel.loading import SYMBOL, Code
 from springpot.simulation.kernel.targets import Target
 
 LEVEL = 3

@@ -1,4 +1,6 @@
-"""Machine code kept on disk between runs; it never stands in the way, and never returns a wrong file.
+"""Machine code as object files: loaded into this process by llvmlite, and kept on disk between runs.
+
+What is kept never stands in the way, and never returns a wrong file.
 
 Loading such a file runs what is in it.  So only a folder is used that no other user can write
 (:mod:`springpot.machine.trusted`): NUMBA_CACHE_DIR if it is set, else the user's cache folder.  Each piece of code has
@@ -12,13 +14,90 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import struct
+import sys
 import tempfile
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from typing import Any
 
+import llvmlite.binding as llvm
 from platformdirs import user_cache_dir
 
 from springpot.machine.files import remove_orphans, write
 from springpot.machine.trusted import UntrustedFolderError, make_folder, read, reason_against, say_unused
+
+SYMBOL = "springpot"  # the name of the function in its object file
+
+
+class MissingSymbolError(RuntimeError):
+    """Machine code needs a function that this process does not have."""
+
+
+@dataclass(frozen=True, eq=False)
+class Code:
+    """Machine code in memory, for as long as this object lives.
+
+    Attributes
+    ----------
+    address : int
+        Of the function.
+    how : str
+        Where it comes from, in words.
+    held : object
+        What owns the memory.
+    """
+
+    address: int
+    how: str
+    held: Any
+
+
+def loaded(content: bytes, how: str) -> Code:
+    """The function of an object file.
+
+    Raises
+    ------
+    MissingSymbolError
+        If it needs functions that this process does not have; LLVM would end the process.
+    """
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    machine = llvm.Target.from_default_triple().create_target_machine()
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+    if missing := sorted(name for name in needed(content) if not _found(name)):
+        raise MissingSymbolError(f"it needs {', '.join(missing)}, which this process does not have")
+    engine.add_object_file(llvm.object_file.ObjectFileRef.from_data(content))
+    engine.finalize_object()
+    return Code(engine.get_function_address(SYMBOL), how, engine)
+
+
+@cache
+def _found(symbol: str) -> bool:
+    if sys.platform == "linux":
+        for library in ("libc.so.6", "libm.so.6"):  # Python itself may be linked with none of it
+            try:
+                llvm.load_library_permanently(library)
+            except RuntimeError:
+                continue
+    return llvm.address_of_symbol(symbol) is not None
+
+
+def needed(content: bytes) -> set[str]:
+    """Functions that an object in the form ELF does not hold itself; of another form none is found."""
+    if content[:6] != b"\x7fELF\x02\x01":
+        return set()
+    sections = {
+        section.name(): section.data() for section in llvm.object_file.ObjectFileRef.from_data(content).sections()
+    }
+    names = sections[b".strtab"]
+    found = set()
+    for name, _, _, section, _, _ in struct.iter_unpack("<IBBHQQ", sections[b".symtab"]):
+        if name and section == 0:
+            found.add(names[name : names.index(b"\0", name)].decode())
+    return found
+
 
 _LARGEST = 64 << 20  # bytes of a file; a kernel takes less than one MiB
 _MOST = 1000  # files; a function that captures another number in each call makes one each time

@@ -16,9 +16,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from springpot.machine.files import write
-from springpot.simulation.kernel.entries import ENTRIES
-from springpot.simulation.kernel.loading import needed
-from springpot.simulation.kernel.native import MANIFEST, OBJECTS, Entry, compiler, file_of
+from springpot.simulation.kernel.kept import needed
+from springpot.simulation.kernel.native import ENTRIES, MANIFEST, OBJECTS, Entry, compiler, file_of
 from springpot.simulation.kernel.targets import TARGETS, named, target
 
 LIBRARY = frozenset({"memcpy", "memmove", "memset", "atan2", "cos", "exp", "pow", "powf", "sin", "sincos"})

@@ -9,7 +9,8 @@ object file like that of any compiler.  An :class:`Entry` names the function.  W
 3. compiled by Numba, for the same target, and kept.
 
 All three are loaded in the same way, in a millisecond by llvmlite, and have the same bits.  Numba is imported where
-something is compiled, and not before.  While the code runs other threads of Python run too.
+something is compiled, and not before.  While the code runs other threads of Python run too.  The functions that Python
+calls are at the end.
 """
 
 from __future__ import annotations
@@ -27,11 +28,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from springpot.machine.bar import say
 from springpot.machine.versions import versions
 from springpot.simulation.kernel import kept
-from springpot.simulation.kernel.loading import Code, MissingSymbolError, loaded
+from springpot.simulation.kernel.kept import Code, MissingSymbolError, loaded
+from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.kernel.targets import Target, target_to_run
 
 OBJECTS = Path(__file__).parent / "objects"
@@ -244,3 +247,62 @@ def _array(kind: str) -> Any:
         return int(array.ctypes.data)
 
     return address
+
+
+FILL_NORMALS = Entry(
+    "springpot.simulation.kernel.random:fill_normals",
+    ("int64", "uint32", "uint32", "uint32", "uint32", "int64", "int64", "float32*"),
+)
+
+
+def _kernel(kind: str, function: str) -> Entry:
+    words = "the kernel" if function == "advance" else "the kernel of systems in neighbouring lanes"
+    return Entry(
+        f"springpot.simulation.kernel.advance:{function}",
+        ("int64*", f"{kind}*", "float64*", "float64*", *("int64",) * 6, "uint32", "uint32", "int64", "int64", "int64*",
+         "int64*", "float64*", *("int64",) * 4, "uint8*", "float64*"),
+        words if kind == "float32" else f"{words} in double precision", f"{function}-{kind}",
+    )  # fmt: skip
+
+
+KERNELS, KERNELS_BY_LANE = (
+    {kind: _kernel(kind, function) for kind in ("float32", "float64")} for function in ("advance", "advance_by_lane")
+)
+"""The functions of `springpot.simulation.kernel.advance` by the precision of their sweep."""
+
+ENTRIES = (FILL_NORMALS, *KERNELS.values(), KERNELS_BY_LANE["float32"])
+"""What a release makes for each target: all but the kernel by lane in double precision, which fits of records with
+their measured input need, and compile once."""
+
+
+def normals(seed: int, paths: int, steps: int, *, stream: int = 0) -> npt.NDArray[np.float32]:
+    """The normals of a run: element [p, n] is that of step n of path p.
+
+    Parameters
+    ----------
+    seed : int
+        0 <= seed < 2^64.
+    paths, steps : int
+    stream : int
+        0 for the run itself; the pilot runs of an adapted start use the ones after it.
+
+    Returns
+    -------
+    ndarray of float32, shape (paths, steps)
+
+    Examples
+    --------
+    >>> normals(seed=1, paths=2, steps=5).shape
+    (2, 5)
+    """
+    out = np.empty((paths, steps), np.float32)
+    k0, k1 = key_words(seed)
+    for first in range(0, paths, LANES):
+        part = out[first : first + LANES]
+        FILL_NORMALS(first, stream, 0, k0, k1, len(part), steps, part)
+    return out
+
+
+def key_words(seed: int) -> tuple[np.uint32, np.uint32]:
+    """The two 32-bit words of a 64-bit seed, low word first."""
+    return np.uint32(seed & 0xFFFFFFFF), np.uint32(seed >> 32)

@@ -24,13 +24,13 @@ from springpot.problem.system import System
 from springpot.simulation.kernel import advance as kernel
 from springpot.simulation.kernel import excitations, laws
 from springpot.simulation.kernel.branches import MARKS, Kept, table_of
-from springpot.simulation.kernel.entries import KERNELS, KERNELS_BY_LANE
+from springpot.simulation.kernel.callbacks import restitution_of
 from springpot.simulation.kernel.motion import CUBIC, LINEAR, NINTH, NO_SPRING, NUMBERS_OF_TURN
+from springpot.simulation.kernel.native import KERNELS, KERNELS_BY_LANE
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS
 from springpot.simulation.kernel.sizes import GROUP, LANES, MOST_MODES
 from springpot.simulation.kernel.striking import FIXED, POWER
 from springpot.simulation.kernel.tables import SUMS, Tables, packed
-from springpot.simulation.kernel.user_functions import restitution_of
 from springpot.simulation.lowering import sources
 from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
 from springpot.simulation.lowering.kernel_units import Units

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.simulation.kernel.loading import Code
+from springpot.simulation.kernel.kept import Code
 from springpot.simulation.kernel.watching import HEADER
 from springpot.simulation.plan.seen import Seen
 

@@ -49,8 +49,8 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.simulation.kernel import laws
+from springpot.simulation.kernel.callbacks import force_of
 from springpot.simulation.kernel.sizes import GROUP
-from springpot.simulation.kernel.user_functions import force_of
 from springpot.simulation.lowering import sources
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.modulated import Modulation, check_table, law_of

@@ -22,7 +22,7 @@ from springpot.memory import ExponentialSum
 from springpot.memory.common_rates import CommonRates, common_rates
 from springpot.memory.exponential_sum import shared_span
 from springpot.problem.system import System
-from springpot.simulation.kernel.normals import key_words
+from springpot.simulation.kernel.native import key_words
 from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.kernel.tables import by_lane, common, with_common_records
 from springpot.simulation.lowering.compose import Parts, compose, units_of

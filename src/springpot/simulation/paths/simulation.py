@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from springpot.machine.arrays import Floats
 from springpot.machine.crew import work_together
-from springpot.simulation.kernel.loading import Code
-from springpot.simulation.kernel.normals import key_words
+from springpot.simulation.kernel.kept import Code
+from springpot.simulation.kernel.native import key_words
 from springpot.simulation.kernel.sizes import GROUP, LANES
 from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, PEAKS, table_of
 from springpot.simulation.lowering.compose import Parts, compose

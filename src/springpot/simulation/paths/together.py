@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from springpot.machine.arrays import Floats
 from springpot.machine.crew import work_together
-from springpot.simulation.kernel.normals import key_words
+from springpot.simulation.kernel.native import key_words
 from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.kernel.tables import Tables, common, side_by_side, stacked
 from springpot.simulation.paths.simulation import Ensemble, Progress, Simulation, addresses_of, blocks_of_a_call

@@ -29,7 +29,7 @@ from springpot.problem.catalogue import LEVELS, unit_of_result
 from springpot.problem.parts.walls import restitution_at
 from springpot.simulation.kernel.branches import MARKS
 from springpot.simulation.kernel.callbacks import callback
-from springpot.simulation.kernel.loading import Code
+from springpot.simulation.kernel.kept import Code
 from springpot.simulation.kernel.sizes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS
 from springpot.simulation.lowering.compose import Parts

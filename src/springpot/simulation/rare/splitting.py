@@ -35,7 +35,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.crew import work_together
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.simulation.kernel.branches import MARKS, Branches, choose_parents
-from springpot.simulation.kernel.normals import key_words
+from springpot.simulation.kernel.native import key_words
 from springpot.simulation.kernel.sizes import GROUP, LANES
 from springpot.simulation.kernel.tables import by_lane
 from springpot.simulation.lowering.compose import Parts

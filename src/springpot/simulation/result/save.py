@@ -33,9 +33,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.arguments import checked_path, switch
+from springpot.machine.arguments import checked_path, place_for, switch
 from springpot.machine.extras import need
-from springpot.machine.files import netcdf_of, place_for, write
+from springpot.machine.files import netcdf_of, write
 from springpot.problem.catalogue import PARTS_OF_ERROR, unit_of_result
 from springpot.problem.file import check_writable
 from springpot.problem.messages import Message

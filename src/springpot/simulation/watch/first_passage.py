@@ -35,8 +35,8 @@ from springpot.machine.arguments import LARGEST, checked_name, finite_number, wi
 from springpot.machine.faults import cause_of, shown
 from springpot.problem.catalogue import LEVELS, unit_of_result
 from springpot.simulation.kernel.callbacks import callback
+from springpot.simulation.kernel.kept import Code
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, OF_USER
-from springpot.simulation.kernel.loading import Code
 from springpot.simulation.kernel.watching import ON_IMPACTS, ON_STEPS
 from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.lowering.felt import roughness_in_steps
