@@ -9,10 +9,10 @@ import numpy as np
 
 from springpot.designing.approximation import approximated, places_of
 from springpot.designing.quantities import MONTE_CARLO
-from springpot.designing.results import Design, Round, in_words
+from springpot.designing.results import Design, in_words
 from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, by_monte_carlo, rounds
 from springpot.designing.search import Approximation, DesignProgress
-from springpot.designing.statement import Cost, Space, Wanted, check_names, checked_cost, checked_limits
+from springpot.designing.statement import Space, Wanted, check_names, checked_cost, checked_limits
 from springpot.designing.tolerances import OverDevices, names_over_devices
 from springpot.machine.arguments import Free, Uncertain, check_called, finite_number
 from springpot.machine.faults import listed, per_cent
@@ -211,13 +211,19 @@ def _told(system: System, task: DesignTask, found: Searched, method: str) -> Des
             if abs(best.values[name] - bound) <= AT_BOUND * (number.high - number.low):
                 ends[name] = end
                 said.append(f"{name} is at its {'lower' if end == 'low' else 'upper'} bound, {best.values[name]:.6g}.")
+    cost_error = 0.0
+    if not task.exact:  # from the errors of the quantities that it depends on
+        whole = {**best.expected, **best.quantities, **best.values}
+        errors = {name: error for name in cost.takes if math.isfinite(error := best.errors.get(name, 0.0))}
+        moved = (cost.of({**whole, name: whole[name] + error}) - best.cost for name, error in errors.items())
+        cost_error = math.hypot(*moved)
     return Design(
         with_values(system, best.values),
         best.values,
         best.quantities,
         best.errors,
         best.cost,
-        0.0 if task.exact else _cost_error(cost, best),
+        cost_error,
         margin,
         best.promises,
         ends,
@@ -229,13 +235,6 @@ def _told(system: System, task: DesignTask, found: Searched, method: str) -> Des
         cost,
         units_of_free(system),
     )
-
-
-def _cost_error(cost: Cost, best: Round) -> float:
-    """The error of the cost, from those of the quantities that it depends on."""
-    whole = {**best.expected, **best.quantities, **best.values}
-    errors = {name: error for name in cost.takes if math.isfinite(error := best.errors.get(name, 0.0))}
-    return math.hypot(*(cost.of({**whole, name: whole[name] + error}) - best.cost for name, error in errors.items()))
 
 
 def units_of_free(system: System) -> dict[str, str]:

@@ -211,7 +211,12 @@ def sensitivity(
     True
     """
     system = checked_system(model, "model")
-    names = _checked_names(quantities)
+    given = (quantities,) if isinstance(quantities, str) else quantities
+    if not isinstance(given, Sequence) or not all(isinstance(each, str) for each in given):
+        raise TypeError(f"quantities must be names of quantities, such as 'impact_rate', not {shown(quantities)}.")
+    if not given:
+        raise ValueError("quantities must name at least one quantity, such as 'impact_rate'.")
+    names = tuple(dict.fromkeys(given))
     finite_number(change, "change", low=0.001, high=0.3)
     check_called(progress, "progress")
     check_stationary(system, "sensitivity")
@@ -241,16 +246,6 @@ def sensitivity(
         system, chosen, moved.values, {name: base[name] for name in names}, values, errors,
         {} if settings is None else gains, settings, (*said, *more),
     )  # fmt: skip
-
-
-def _checked_names(quantities: Sequence[str] | str) -> tuple[str, ...]:
-    """Names of quantities as a tuple without repetitions."""
-    given = (quantities,) if isinstance(quantities, str) else quantities
-    if not isinstance(given, Sequence) or not all(isinstance(each, str) for each in given):
-        raise TypeError(f"quantities must be names of quantities, such as 'impact_rate', not {shown(quantities)}.")
-    if not given:
-        raise ValueError("quantities must name at least one quantity, such as 'impact_rate'.")
-    return tuple(dict.fromkeys(given))
 
 
 Found = tuple[dict[str, float], dict[str, tuple[Any, ...]], list[str]]

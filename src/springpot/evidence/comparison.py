@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.evidence.recommendation import Recommendation, recommended
+from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import warnings_of
 from springpot.machine.plain import plain
 from springpot.problem.dimensionless import Dimensionless
@@ -17,7 +17,6 @@ from springpot.problem.system import System, checked_system
 from springpot.simulation import Budget, Run
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import Progress
-from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.options import own_seed
 from springpot.simulation.plan.plan import check_motion, plan_of
@@ -196,25 +195,21 @@ def compare(
     motion = motion_of(system)
     check_motion(motion, "compare")
     best = recommended(system, answers)
+    if quantities is None:
+        quantities, found = motion.usual_quantities, best.answers[best.guess].moments if best.guess else None
+        if found is not None:  # of a mean that is small against the spread a relative error makes no sense
+            large = (name for name in motion.mean_names if abs(found[name]) > 0.1 * math.sqrt(found[f"{name}_square"]))
+            quantities = *quantities, *large
     simulation = simulated(
         system,
         rtol=rtol,
-        quantities=_usual_quantities(motion, best) if quantities is None else tuple(quantities),
+        quantities=tuple(quantities),
         max_time=max_time,
         seed=own_seed(checked_seed(seed), system.to_dict()),
         threads=threads,
         progress=progress,
     )
     return Comparison(system, answers, statements, best.method, simulation)
-
-
-def _usual_quantities(motion: Motion, best: Recommendation) -> tuple[str, ...]:
-    found, usual = best.answers[best.guess].moments if best.guess else None, motion.usual_quantities
-    if found is None:
-        return usual
-    # of a mean that is small against the spread a relative error makes no sense
-    large = (name for name in motion.mean_names if abs(found[name]) > 0.1 * math.sqrt(found[f"{name}_square"]))
-    return (*usual, *large)
 
 
 def observe(system: System, *, seed: int = 1, threads: int | None = None, progress: Progress | None = None) -> Run:

@@ -141,23 +141,20 @@ class Gathering:
                 kept = counts.setdefault(name, np.zeros((rows, counted.shape[1])))
                 for row, batch in enumerate(counted):
                     kept[(self.paths // LANES + row) % rows] += batch
-        self._watch_growth(count)
-        self.paths += count
-        spent = time.perf_counter() - begun
-        self.seconds += spent
-        fitting = self._blocks * AT_ONCE / max(spent, 1e-6)
-        self._blocks = max(1, min(MOST_BLOCKS, 2 * self._blocks, int(fitting)))
-
-    def _watch_growth(self, count: int) -> None:
-        """Simulate the beginning of the same paths again, for averages from t = 0 on, outside the window."""
+        # the beginning of the same paths once more, for averages from t = 0 on, outside the window
         full = count // LANES * LANES or count
-        ensemble = self._early.but(paths=full).advance(skipped=self.paths, observers=self._growth)
-        grown = [ensemble.observed[each] for each in self._growth]
+        beginning = self._early.but(paths=full).advance(skipped=self.paths, observers=self._growth)
+        grown = [beginning.observed[each] for each in self._growth]
         x_squares, v_squares = (np.array([each[name] for each in grown]) for name in ("x_squares", "v_squares"))
         means = (x_squares + self._speeds * v_squares) / (np.maximum(self._per_bin, 1) * min(full, LANES))
         self._sums += means.sum(axis=1)
         self._squares += (means**2).sum(axis=1)
         self._batches += means.shape[1]
+        self.paths += count
+        spent = time.perf_counter() - begun
+        self.seconds += spent
+        fitting = self._blocks * AT_ONCE / max(spent, 1e-6)
+        self._blocks = max(1, min(MOST_BLOCKS, 2 * self._blocks, int(fitting)))
 
     def estimates(self) -> tuple[dict[str, float], dict[str, float]]:
         """Values and standard errors of the paths so far, by name."""

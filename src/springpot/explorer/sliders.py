@@ -101,16 +101,15 @@ def changed(system: System, given: Mapping[str, float]) -> System:
     for name in given:
         if name not in known:
             raise ValueError(f"numbers: this system has no number {name[:60]!r}.")
-    return with_numbers(
-        system, {ROOT + name.replace("-", "."): _as_free(known[name], value) for name, value in given.items()}
-    )
-
-
-def _as_free(old: object, new: float) -> float:
-    """A number in the place of a free one is free too, within the same bounds; of an uncertain one it has its law."""
-    if isinstance(old, Uncertain):
-        return moved(old, new)
-    return old.moved_to(new) if isinstance(old, Free) and old.low <= new <= old.high else new
+    moved_to = {}
+    for name, value in given.items():
+        old, new = known[name], value
+        if isinstance(old, Uncertain):  # it keeps its law
+            new = moved(old, value)
+        elif isinstance(old, Free) and old.low <= value <= old.high:  # and this one its bounds
+            new = old.moved_to(value)
+        moved_to[ROOT + name.replace("-", ".")] = new
+    return with_numbers(system, moved_to)
 
 
 def sliders(system: System, size: Mapping[str, float]) -> tuple[Slider, ...]:

@@ -86,7 +86,14 @@ def moved(old: Uncertain, value: float) -> float:
     >>> moved(-uncertain("gap", 0.006, sd=0.0006, bounds=(0.003, 0.009)), -0.005).itself
     uncertain('gap', 0.005, normal, standard deviation 0.0006, between 0.002 and 0.008)
     """
-    return value if value == old else _following(old, _based(old, value), {})
+    if value == old:
+        return value
+    base = (value - old.plus) / old.times
+    if old.power != 1.0 and not base > 0.0:
+        raise ValueError(f"{old.name} must stay above 0: this number is a power of it.")
+    # rounded: the same one from all numbers that follow from it
+    found: float = _following(old, float(f"{base ** (1.0 / old.power):.14g}"), {})
+    return found
 
 
 def toleranced(system: System, opened: System, given: Mapping[str, float]) -> System:
@@ -138,14 +145,6 @@ def _alone(own: Tolerance, value: float, spread: float, limits: tuple[float, flo
     number = uncertain(own.name, value, **stated)
     is_inside = limits[0] <= number.low and number.high <= limits[1]
     return number if is_inside else uncertain(own.name, value, bounds=limits, **stated)
-
-
-def _based(old: Uncertain, value: float) -> float:
-    """The number of the name, where one that follows from it has a value."""
-    base = (value - old.plus) / old.times
-    if old.power != 1.0 and not base > 0.0:
-        raise ValueError(f"{old.name} must stay above 0: this number is a power of it.")
-    return float(f"{base ** (1.0 / old.power):.14g}")  # the same one from all numbers that follow from it
 
 
 def _following(old: Uncertain, base: float, given: Mapping[str, float]) -> Any:

@@ -158,8 +158,16 @@ def fragility(
         if own is None:
             assert size is not None
             places, kind = size[None, :], "cloud"
-            fit, curved = _fit_of_cloud(size, demands[0], word, limit)
-            if curved > _CURVED:
+            cloud = demands[0]
+            if cloud.size < _FEWEST:
+                raise ValueError(f"intensities must be given for {cloud.size} records: a cloud has {_FEWEST} or more.")
+            if zeros := int((cloud == 0.0).sum()):
+                raise ValueError(
+                    f"intensities must be given for {word}, which is 0 in {zeros} of the records: a cloud needs its "
+                    "logarithm."
+                )
+            fit, _, curved = fit_cloud(size, cloud, limit)
+            if curved > _CURVED:  # by so many standard errors
                 said.append(f"{word} is no power of the intensity in this cloud: scale the records to intensities=.")
         elif motion.is_random:
             fit, kind = fit_counts(own, exceeded.astype(float), tried.astype(float)), "counts"
@@ -279,18 +287,6 @@ def _fit_of_capacities(intensities: Floats, over: Any) -> Fit:
     first = np.where(over.any(axis=0), over.argmax(axis=0), intensities.size)
     ends = np.concatenate([[0.0], intensities, [math.inf]])
     return fit_brackets(ends[first], ends[first + 1])
-
-
-def _fit_of_cloud(size: Floats, demands: Floats, word: str, limit: float) -> tuple[Fit, float]:
-    """And how many standard errors it is curved."""
-    if demands.size < _FEWEST:
-        raise ValueError(f"intensities must be given for {demands.size} records: a cloud has {_FEWEST} or more.")
-    if none := int((demands == 0.0).sum()):
-        raise ValueError(
-            f"intensities must be given for {word}, which is 0 in {none} of the records: a cloud needs its logarithm."
-        )
-    fit, _, curved = fit_cloud(size, demands, limit)
-    return fit, curved
 
 
 def _by_splitting(

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable
 
 from pydantic import ValidationError
 
@@ -42,7 +41,15 @@ def sentence(error: ValidationError) -> str:
     place = _place(fault["loc"])
     if fault["type"] == "missing":
         return f"{place} is missing."
-    text = str(fault.get("ctx", {}).get("error", "")) or _plainly(fault)
+    text = str(fault.get("ctx", {}).get("error", ""))
+    if not text:
+        text = str(fault["msg"])
+        for theirs, ours in _WORDS:
+            text = text.replace(theirs, ours)
+        if text.startswith("must be") and isinstance(fault["input"], str | int | float):
+            text += f", not {shown(fault['input'])}"
+            if fault["type"] == "literal_error" and isinstance(fault["input"], str):
+                text += meant(fault["input"], re.findall(r"'(\w+)'", str(fault["ctx"]["expected"])))
     text = text if text.endswith((".", "?")) else f"{text}."
     return f"{place}: {text}" if place else text
 
@@ -52,14 +59,3 @@ def _place(parts: tuple[str | int, ...]) -> str:
     keys = ".".join(part for part in parts if isinstance(part, str))
     numbers = [f"number {part + 1}" for part in parts if isinstance(part, int)]
     return ", ".join([keys, *numbers] if keys else numbers)
-
-
-def _plainly(fault: Mapping[str, Any]) -> str:
-    text = str(fault["msg"])
-    for theirs, ours in _WORDS:
-        text = text.replace(theirs, ours)
-    if text.startswith("must be") and isinstance(fault["input"], str | int | float):
-        text += f", not {shown(fault['input'])}"
-        if fault["type"] == "literal_error" and isinstance(fault["input"], str):
-            text += meant(fault["input"], re.findall(r"'(\w+)'", str(fault["ctx"]["expected"])))
-    return text
