@@ -15,7 +15,7 @@ from springpot.machine.progress import Estimate, FractionDone
 from springpot.problem.catalogue import results_on_request
 from springpot.problem.felt import squares_felt
 from springpot.simulation.error.budget import Budget, combine
-from springpot.simulation.error.decision import Known, bias_range
+from springpot.simulation.error.decision import bias_range
 from springpot.simulation.error.levels import Levels, levels_of
 from springpot.simulation.error.reach import checked_quantities
 from springpot.simulation.estimate.samples import estimates_of, samples_of, watched
@@ -25,7 +25,6 @@ from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.monte_carlo import diagnostics_of, door
 from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.paths.statistics import NORMAL, standard_error
-from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan, check_motion
 from springpot.simulation.plan.settings import MOST_PATHS, checked_threads, whole_number
@@ -188,7 +187,20 @@ def _extended_to(
     wanted = checked_quantities(motion, motion.usual_quantities if quantities is None else quantities)
     if felt := [name for name in wanted if name in squares_felt(run.system)]:
         raise ValueError(f"quantities must not have {felt[0]} here: only a run by simulate(rtol=) sees it.")
-    _check_continued(run, motion, wanted)
+    check_motion(motion, "rtol")
+    if run.settings.scheme == "grunwald":
+        raise ValueError(f"run must have the default scheme, not {run.settings.scheme!r}, whose bias is not measured.")
+    if run.settings.record:
+        raise ValueError("run must not have recorded paths if it is extended to an rtol.")
+    if run.adapted is None:
+        raise ValueError(
+            "run must have a stationary start if it is extended to an rtol: the bias of others is not known."
+        )
+    if slow := [name for name in wanted if "impact" in name and name.startswith((*motion.completed,))]:
+        raise ValueError(
+            f"quantities must not have {slow[0]} behind a lossy wall: its slow impacts are added only in a run "
+            "that was made with rtol."
+        )
     # its pairs have the run's step and half of it; the paths are those of the run
     pairs = levels_of(Plan(motion, run.settings, run.adapted))
     targets = (run.settings.paths, FIRST_PAIRS)
@@ -210,24 +222,6 @@ def _extended_to(
     return replace(run, estimates=known, diagnostics={**run.diagnostics, **more})
 
 
-def _check_continued(run: Run, motion: Motion, wanted: Sequence[str]) -> None:
-    """What cannot be continued to an error, before work starts."""
-    check_motion(motion, "rtol")
-    if run.settings.scheme == "grunwald":
-        raise ValueError(f"run must have the default scheme, not {run.settings.scheme!r}, whose bias is not measured.")
-    if run.settings.record:
-        raise ValueError("run must not have recorded paths if it is extended to an rtol.")
-    if run.adapted is None:
-        raise ValueError(
-            "run must have a stationary start if it is extended to an rtol: the bias of others is not known."
-        )
-    if slow := [name for name in wanted if "impact" in name and name.startswith((*motion.completed,))]:
-        raise ValueError(
-            f"quantities must not have {slow[0]} behind a lossy wall: its slow impacts are added only in a run "
-            "that was made with rtol."
-        )
-
-
 def _standings(run: Run, levels: Levels, wanted: Sequence[str], rtol: float) -> list[_Standing]:
     """The budgets of the run's own values."""
     simulation = levels.pair_coarse.simulation
@@ -240,35 +234,25 @@ def _standings(run: Run, levels: Levels, wanted: Sequence[str], rtol: float) -> 
             raise ValueError(f"run must have seen enough to estimate {name}: extend it by paths first.")
         chance = standard_error(samples[name])
         # of the coarse step, whose values are not extrapolated: the difference to half of it, and what remains there
-        step_bias = _weight(known) * (known.difference + known.difference_error) + known.other_bias
+        middle, half = bias_range(known.orders, 0)
+        weight = 1.0 + middle + half  # bound on the bias of the run's step over the difference of the pairs
+        step_bias = weight * (known.difference + known.difference_error) + known.other_bias
         budget = replace(estimates.budgets[name], standard_error=chance, step_bias=step_bias)
-        found.append(_standing(run, known, value, budget, levels.pair_coarse.paths, rtol))
+        allowed = rtol * abs(value)
+        of_step = weight * max(known.difference - 2.0 * known.difference_error, 0.0) + known.other_bias
+        sure = of_step + known.fixed
+        if sure > HOPELESS * allowed:
+            what = f"its step of {run.settings.step:.3g} s" if of_step > known.fixed else "its start, window and memory"
+            raise ValueError(
+                f"rtol of {per_cent(rtol)} cannot be reached with more paths: {known.name} of this run has a bias of "
+                f"up to {per_cent(sure / abs(value))} from {what}; make a run with rtol."
+            )
+        room = allowed - sure
+        goal, pairs_goal = FOR_CHANCE * room / NORMAL, (1.0 - FOR_CHANCE) * room / (3.0 * weight)
+        paths = run.settings.paths * (budget.standard_error / goal) ** 2
+        pairs = levels.pair_coarse.paths * (known.difference_error / pairs_goal) ** 2
+        found.append(_Standing(known.name, value, budget, paths, pairs))
     return found
-
-
-def _weight(known: Known) -> float:
-    """Bound on the bias of the run's step over the difference of the pairs."""
-    middle, half = bias_range(known.orders, 0)
-    return 1.0 + middle + half
-
-
-def _standing(run: Run, known: Known, value: float, budget: Budget, pairs: int, rtol: float) -> _Standing:
-    """Paths and pairs that are enough."""
-    allowed, weight = rtol * abs(value), _weight(known)
-    of_step = weight * max(known.difference - 2.0 * known.difference_error, 0.0) + known.other_bias
-    sure = of_step + known.fixed
-    if sure > HOPELESS * allowed:
-        what = f"its step of {run.settings.step:.3g} s" if of_step > known.fixed else "its start, window and memory"
-        raise ValueError(
-            f"rtol of {per_cent(rtol)} cannot be reached with more paths: {known.name} of this run has a bias of up to "
-            f"{per_cent(sure / abs(value))} from {what}; make a run with rtol."
-        )
-    room = allowed - sure
-    goal, pairs_goal = FOR_CHANCE * room / NORMAL, (1.0 - FOR_CHANCE) * room / (3.0 * weight)
-    return _Standing(
-        known.name, value, budget, run.settings.paths * (budget.standard_error / goal) ** 2,
-        pairs * (known.difference_error / pairs_goal) ** 2,
-    )  # fmt: skip
 
 
 def _targets(run: Run, levels: Levels, standings: Sequence[_Standing]) -> tuple[int, int]:

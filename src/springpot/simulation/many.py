@@ -12,7 +12,7 @@ from typing import Any, Concatenate, ParamSpec
 
 from springpot.machine.faults import shown
 from springpot.problem.system import System, checked_system
-from springpot.simulation.monte_carlo import Asked, Ready, asked_for, door, planned, run_to, simulate
+from springpot.simulation.monte_carlo import Asked, asked_for, door, planned, run_to, simulate
 from springpot.simulation.paths.simulation import Ensemble, Progress
 from springpot.simulation.paths.together import advance_together
 from springpot.simulation.result.results import Run
@@ -118,27 +118,22 @@ def _simulated(systems: Sequence[System], asked: Asked) -> list[Run]:
     plans = each(lambda number: planned(systems[number], asked))
     [begun] = _shares(asked.progress, [0.0])
     ready = each(lambda number: plans[number].ready(begun))
-    flown = _flown(ready, asked.progress)
-    return each(lambda number: ready[number].run(*flown[number]))
-
-
-def _flown(ready: Sequence[Ready], progress: Progress | None) -> dict[int, tuple[Ensemble, float]]:
-    """The paths of each system, and the seconds that they took: of those together each has its part."""
+    # the paths of each system, and the seconds that they took: of those together each has its part
     work = [float(each.simulation.settings.paths) * each.simulation.settings.steps for each in ready]
     alone = [number for number, each in enumerate(ready) if each.is_alone]
     others = sorted({*range(len(ready))} - {*alone})
     shared = sum(work[number] for number in others)
-    told, *tellers = _shares(progress, [shared, *(work[number] for number in alone)])
-    found, begun = dict[int, tuple[Ensemble, float]](), time.perf_counter()
+    told, *tellers = _shares(asked.progress, [shared, *(work[number] for number in alone)])
+    flown, begun_at = dict[int, tuple[Ensemble, float]](), time.perf_counter()
     ensembles = advance_together([ready[number].simulation for number in others], told)
-    seconds = time.perf_counter() - begun
+    seconds = time.perf_counter() - begun_at
     for number, ensemble in zip(others, ensembles, strict=True):
-        found[number] = ensemble, seconds * work[number] / shared
+        flown[number] = ensemble, seconds * work[number] / shared
     for number, tell in zip(alone, tellers, strict=True):
-        begun = time.perf_counter()
+        begun_at = time.perf_counter()
         ensemble = _noted(lambda number, tell=tell: ready[number].alone(tell), number)  # type: ignore[misc]
-        found[number] = ensemble, time.perf_counter() - begun
-    return found
+        flown[number] = ensemble, time.perf_counter() - begun_at
+    return each(lambda number: ready[number].run(*flown[number]))
 
 
 def _shares(progress: Progress | None, work: Sequence[float]) -> list[Progress | None]:

@@ -70,7 +70,11 @@ def _balances(simulation: Simulation, sums: dict[Sum, Floats]) -> tuple[Floats, 
     steps, step = high - low, settings.step
     frequency = _frequency(simulation)
     turn = frequency * step
-    jumps = [(place, jump / (steps * step)) for place, jump in _jumps(simulation, sums)]
+    jumps = []  # the place of each wall as the kernel has it, and the jumps of the velocity there
+    for name in simulation.parts.walls:
+        wall, momentum = simulation.motion.touched[name], sums["momentum", name] / simulation.parts.mass
+        jump = momentum if wall.free_side == "above" else -momentum
+        jumps.append((wall.position - simulation.motion.origin, jump / (steps * step)))
     none, mass = np.zeros(sums["force", ""].size), simulation.parts.mass
     pushed = sum((jump for _, jump in jumps), none)
     turned = sum((place * jump for place, jump in jumps), none)
@@ -79,15 +83,6 @@ def _balances(simulation: Simulation, sums: dict[Sum, Floats]) -> tuple[Floats, 
     mean = x * _sinc(0.5 * turn) + step**2 / 24.0 * pushed
     both = (vv - frequency**2 * xx) * _sinc(turn) - turn**2 / 6.0 * turned
     return pushed - frequency**2 * mean - force, both + turned - virial
-
-
-def _jumps(simulation: Simulation, sums: dict[Sum, Floats]) -> list[tuple[float, Floats]]:
-    """The place of each wall as the kernel has it, and the sum of the jumps of the velocity there."""
-    found = []
-    for name in simulation.parts.walls:
-        wall, momentum = simulation.motion.touched[name], sums["momentum", name] / simulation.parts.mass
-        found.append((wall.position - simulation.motion.origin, momentum if wall.free_side == "above" else -momentum))
-    return found
 
 
 def _frequency(simulation: Simulation) -> float:

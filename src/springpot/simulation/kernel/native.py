@@ -63,8 +63,11 @@ def sources_of(*modules: str) -> str:
             else:
                 continue
             left += [name for name in names if name.partition(".")[0] in own]
-    named = sorted((_name_in_package(file), hashlib.sha256(content).hexdigest()) for file, content in files.items())
-    return hashlib.sha256(repr(named).encode()).hexdigest()
+    named = []
+    for file, content in files.items():  # by names that are the same wherever it is installed
+        above = [folder.name for folder in file.parents if (folder / "__init__.py").is_file()]
+        named.append(("/".join([*reversed(above), file.name]), hashlib.sha256(content).hexdigest()))
+    return hashlib.sha256(repr(sorted(named)).encode()).hexdigest()
 
 
 def _file_of(module: str) -> Path | None:
@@ -77,12 +80,6 @@ def _file_of(module: str) -> Path | None:
         return None if spec.submodule_search_locations else Path(spec.origin)
     place = Path(spec.origin).parent.joinpath(*rest)
     return next((file for file in (place.with_name(f"{place.name}.py"), place / "__init__.py") if file.is_file()), None)
-
-
-def _name_in_package(file: Path) -> str:
-    """The same wherever it is installed."""
-    above = [folder.name for folder in file.parents if (folder / "__init__.py").is_file()]
-    return "/".join([*reversed(above), file.name])
 
 
 def compiler() -> str:
@@ -165,16 +162,12 @@ class Entry:
         TypeError
             If an array has another type of numbers, or gaps.
         """
-        call = self._call or self._ready()
+        if (call := self._call) is None:
+            kinds = [ctypes.c_void_p if each.endswith("*") else NUMBERS[each] for each in self.arguments]
+            call = self._call = ctypes.CFUNCTYPE(None, *kinds)(self.load().address)
         if len(given) != len(self._convert):
             raise TypeError(f"{self.name} takes {len(self._convert)} arguments, not {len(given)}.")
         call(*[convert(value) for convert, value in zip(self._convert, given, strict=True)])
-
-    def _ready(self) -> Any:
-        address = self.load().address
-        kinds = [ctypes.c_void_p if each.endswith("*") else NUMBERS[each] for each in self.arguments]
-        self._call = ctypes.CFUNCTYPE(None, *kinds)(address)
-        return self._call
 
     @property
     def is_loaded(self) -> bool:
@@ -211,7 +204,8 @@ class Entry:
                 reasons.append(f"what is kept cannot be used: {error}")
         kept.warn_if_unused()
         if self.announced:
-            say(f"compiling {self.announced} for {goal.name}; {_how_often()}.")
+            once = "once on this machine" if kept.folder()[0] else "in each process, since it cannot be kept"
+            say(f"compiling {self.announced} for {goal.name}; {once}.")
         from springpot.simulation.kernel.compiling import IF_UNTESTED, entry_alone
 
         try:
@@ -226,10 +220,6 @@ class Entry:
         from springpot.simulation.kernel.compiling import object_of_entry
 
         return object_of_entry(self.module, self.function_name, self.arguments, goal)
-
-
-def _how_often() -> str:
-    return "once on this machine" if kept.folder()[0] else "in each process, since it cannot be kept"
 
 
 def _number(kind: str) -> Any:

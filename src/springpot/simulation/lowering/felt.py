@@ -203,14 +203,12 @@ def _lack(one: float, other: float, step: float, lags: int) -> float:
     power = 3.0 - one - other
     whole = float(lags + 1) ** (power + 1.0) - float(lags) ** (power + 1.0)
     whole /= power * (power + 1.0) * math.gamma(2.0 - one) * math.gamma(2.0 - other)
-    seen = [_twice_averaged(order, n) for order in (one, other)]
+    seen = []
+    for order in (one, other):
+        own = 3.0 - order
+        below = np.where(n > 0.0, np.abs(n - 1.0) ** own, 0.0)
+        seen.append(((n + 1.0) ** own - 2.0 * n**own + below) / math.gamma(4.0 - order))
     return float(step ** (2.0 - one - other) * (whole - (seen[0] * seen[1]).sum()))
-
-
-def _twice_averaged(order: float, n: Floats) -> Any:
-    power = 3.0 - order
-    below = np.where(n > 0.0, np.abs(n - 1.0) ** power, 0.0)
-    return ((n + 1.0) ** power - 2.0 * n**power + below) / math.gamma(4.0 - order)
 
 
 def about_contacts(motion: Motion, step: float, names: Iterable[str], values: Mapping[str, float]) -> list[Message]:

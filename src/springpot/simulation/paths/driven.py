@@ -29,7 +29,6 @@ from springpot.simulation.lowering.compose import Parts, compose, units_of
 from springpot.simulation.lowering.memory import sums_of
 from springpot.simulation.lowering.parts import denser, impulses_of
 from springpot.simulation.paths.simulation import addresses_of
-from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of, near_motion_of
 from springpot.simulation.plan.plan import COARSEST, Plan, plan_of
 
@@ -102,11 +101,11 @@ class Driven:
             Not finite where a path grows without limit.
         """
         memory, alike = self._memory(systems), dict[bytes, list[int]]()
-        motion, known = motion_of(systems[0]), dict[int, Parts]()
+        motion, known, units = motion_of(systems[0]), dict[int, Parts](), units_of(self.plan)
         for system in systems:
             if id(system) not in known:
-                near = motion if system is systems[0] else near_motion_of(system, motion)
-                known[id(system)] = self._composed(near, memory)
+                near = Plan(motion if system is systems[0] else near_motion_of(system, motion), self.plan.settings)
+                known[id(system)] = compose(near, kernel_units=units, memory=memory, is_read=False)
         composed = [known[id(system)] for system in systems]
         for n, parts in enumerate(composed):
             alike.setdefault(common(parts.tables), []).append(n)
@@ -150,11 +149,6 @@ class Driven:
             return moved
         rate = np.gradient(moved[..., 1], settings.step, axis=1)
         return np.concatenate([moved, rate[..., None]], axis=3)[:, : moved.shape[1] - 1 : self.every]
-
-    def _composed(self, motion: Motion, memory: Callable[[float], ExponentialSum]) -> Parts:
-        """For the kernel, with the stub."""
-        units = units_of(self.plan)
-        return compose(Plan(motion, self.plan.settings), kernel_units=units, memory=memory, is_read=False)
 
     @property
     def input_at_samples(self) -> Floats:

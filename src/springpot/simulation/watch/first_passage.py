@@ -145,8 +145,17 @@ class FirstPassages(Request):
             raise ValueError(f"first_passage has {shown(name)}, which is nothing that can pass a level{near}")
         if not quantity:
             function, given = _observable(plan, name, given)
-        else:
-            given, reference = _levels_and_reference(name, quantity, given)
+        elif isinstance(given, Mapping):
+            if quantity != "distance" or not {"level"} <= set(given) <= {"level", "reference"}:
+                more = ", or {'level': 0.004, 'reference': 0.006} from a reference" if quantity == "distance" else ""
+                raise ValueError(
+                    f"first_passage of {name} must be a level or a list of levels{more}, not {shown(given)}."
+                )
+            where = f"first_passage reference of {name}"
+            reference = finite_number(given.get("reference", 0.0), where, low=-LARGEST, high=LARGEST)
+            given = given["level"]
+        elif quantity == "distance":
+            reference = 0.0
         listed = isinstance(given, list) or (isinstance(given, np.ndarray) and given.ndim > 0)
         each = [*given] if listed else [given]
         if not 0 < len(each) <= MOST_LEVELS:
@@ -224,18 +233,6 @@ def _initial(
         return array
 
     return initial
-
-
-def _levels_and_reference(name: str, quantity: str, given: Any) -> tuple[Any, float]:
-    """The levels of a quantity, not yet checked, and the reference of a distance."""
-    if isinstance(given, Mapping):
-        if quantity != "distance" or not {"level"} <= set(given) <= {"level", "reference"}:
-            more = ", or {'level': 0.004, 'reference': 0.006} from a reference" if quantity == "distance" else ""
-            raise ValueError(f"first_passage of {name} must be a level or a list of levels{more}, not {shown(given)}.")
-        where = f"first_passage reference of {name}"
-        reference = finite_number(given.get("reference", 0.0), where, low=-LARGEST, high=LARGEST)
-        return given["level"], reference
-    return given, 0.0 if quantity == "distance" else math.nan
 
 
 def _level(name: str, quantity: str, given: Any) -> float:

@@ -154,8 +154,14 @@ class Bins(Request):
         over = {_X: steps, _XX: steps, _VV: steps, _HITS: width, _SQUARES: width}
         found = dict[str, tuple[Floats, Floats]]()
         for name, kind, factor in _wanted(motion, self.observer.seen):
-            if kind == _SPEEDS:
-                found[name] = _mean_speed(sums, settings.paths)
+            if kind == _SPEEDS:  # the ratio of the sums of speeds and of impacts, and its error, linearized
+                hits, speeds, both = (sums[:, of] for of in (_HITS, _SPEEDS, _BOTH))
+                struck = hits[:, 0] > 0.0
+                below = np.where(struck, hits[:, 0], 1.0)
+                value = np.where(struck, speeds[:, 0] / below, np.nan)
+                together = 0.5 * (both[:, 1] - hits[:, 1] - speeds[:, 1])
+                spread = np.maximum(speeds[:, 1] - 2.0 * value * together + value**2 * hits[:, 1], 0.0)
+                found[name] = value, np.sqrt(spread * settings.paths / max(settings.paths - 1, 1)) / below
                 continue
             mean, error = _over_paths(sums[:, kind], motion, settings)
             if kind in (_HITS, _SQUARES):
@@ -287,17 +293,6 @@ def _over_paths(sums: Floats, motion: Motion, settings: Settings) -> tuple[Float
     if paths == 1:
         return mean, np.full_like(mean, 0.0 if motion.different_paths == 1 else np.nan)
     return mean, np.sqrt(np.maximum(square / paths - mean * mean, 0.0) / (paths - 1))
-
-
-def _mean_speed(sums: Floats, paths: int) -> tuple[Floats, Floats]:
-    """The ratio of the sums of speeds and of impacts, and its error, linearized."""
-    hits, speeds, both = (sums[:, kind] for kind in (_HITS, _SPEEDS, _BOTH))
-    struck = hits[:, 0] > 0.0
-    below = np.where(struck, hits[:, 0], 1.0)
-    value = np.where(struck, speeds[:, 0] / below, np.nan)
-    together = 0.5 * (both[:, 1] - hits[:, 1] - speeds[:, 1])
-    spread = np.maximum(speeds[:, 1] - 2.0 * value * together + value**2 * hits[:, 1], 0.0)
-    return value, np.sqrt(spread * paths / max(paths - 1, 1)) / below
 
 
 def _wanted(motion: Motion, seen: Seen) -> list[tuple[str, int, float]]:
