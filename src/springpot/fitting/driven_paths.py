@@ -18,9 +18,7 @@ from springpot.machine.arguments import Free
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.parts import Barrier, Constant, Dashpot, Mass, RecordedExcitation, Spring
-from springpot.problem.parts.excitations import Excitation
-from springpot.problem.parts.walls import Stop
+from springpot.problem.parts import Dashpot, RecordedExcitation, Spring
 from springpot.problem.system import System
 from springpot.simulation.paths.driven import Driven, driven_by, with_stub
 from springpot.simulation.plan.motion import Motion
@@ -69,7 +67,7 @@ class DrivenModel:
     @property
     def has_stops(self) -> bool:
         """Whether something can be struck."""
-        return bool(self.stub.of(Stop))
+        return bool(self.stub.stops)
 
     @property
     def coordinates(self) -> int:
@@ -115,7 +113,7 @@ class DrivenModel:
         system, data = self.whole, self.data
         if self.coordinates > 1 or data.channels[0][0] != "x" or len(data.channels) > 1 or data.delay is None:
             return None
-        mass = next((part.value for part in system.of(Mass)), 1.0)
+        mass = next((part.value for part in system.masses.values()), 1.0)
         mass = float(mass) if data.on != "ground" else mass  # of a free one the force is not known before
         pull = rate**2 * data.values + 2.0 * _LED * rate * np.gradient(data.values, data.step, axis=1)
         pull = float(mass) * pull if data.on != "ground" else -pull
@@ -238,10 +236,9 @@ def driven_model(system: System, data: MeasuredRecord) -> DrivenModel:
     >>> [number.name for number in model.numbers]
     ['k', 'offset', 'x0', 'v0']
     """
-    others = [name for name, part in system.named() if isinstance(part, Excitation) and not isinstance(part, Constant)]
-    if others:
+    if others := [name for name in system.excitations if name not in system.constants]:
         raise ValueError(f"model must have no excitation where the input was measured: leave out {listed(others)}.")
-    if any(of == "a" for of, _ in data.channels) and system.of(Barrier):
+    if any(of == "a" for of, _ in data.channels) and system.walls:
         raise NotCoveredError(
             "an acceleration is not covered where a rigid wall is struck: give x or v, or a sp.Contact."
         )
@@ -282,9 +279,9 @@ def _frequency(motion: Motion) -> float:
 def _steps_at_first(motion: Motion, sample: float) -> int:
     """In a sample, of which a search takes more as far as it matters."""
     usual = max(1, math.ceil(sample / motion.default_step(scheme_of("default")) - 1e-9))
-    if motion.system.of(Barrier):  # what a step does to an impact grows with every later one
+    if motion.system.walls:  # what a step does to an impact grows with every later one
         return _FINER * usual
-    return usual if motion.system.of(Stop) else min(usual, max(1, math.ceil(sample * _frequency(motion) / _COARSE)))
+    return usual if motion.system.stops else min(usual, max(1, math.ceil(sample * _frequency(motion) / _COARSE)))
 
 
 def _check_sampling(motion: Motion, data: MeasuredRecord) -> None:

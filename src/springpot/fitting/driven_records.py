@@ -25,7 +25,6 @@ from springpot.fitting.motion_data import MeasuredRecord
 from springpot.fitting.noise_filter import coloured_square, filtered, lags_of
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NoFitError, Stopped, listed
-from springpot.problem.parts.walls import Barrier, Stop
 from springpot.problem.system import System
 
 _FIRST = 60  # samples of the first part of a record that grows
@@ -108,7 +107,7 @@ class DrivenLikelihood(LeastSquares):
         self._filters = [np.zeros(0) for _ in self._channels]
         self._samples, self._settled = data.time.size, False
         self._last: tuple[object, tuple[Floats, Floats]] | None = None
-        self._is_linear = not system.of(Stop) and all(getattr(part, "is_linear", True) for part in system.parts)
+        self._is_linear = not system.stops and all(getattr(part, "is_linear", True) for part in system.parts)
 
     @property
     def _channels(self) -> list[slice]:
@@ -178,7 +177,7 @@ class DrivenLikelihood(LeastSquares):
             self._check_influence(u)
             u = self._near(u, moves)
             u = self._interpolated(u, moves)
-            for halving in range(most := _HALVINGS if self.system.of(Stop) else _HALVINGS_WITHOUT_STOPS):
+            for halving in range(most := _HALVINGS if self.system.stops else _HALVINGS_WITHOUT_STOPS):
                 u = self._whitened(u, moves)
                 if halving + 1 == most or self._is_fine(u):
                     break
@@ -246,7 +245,7 @@ class DrivenLikelihood(LeastSquares):
 
         own, count = self.coordinates, self._model.of_model
         yield begin
-        starts = _STARTS if self.system.of(Barrier) else _STARTS_WITHOUT_WALLS
+        starts = _STARTS if self.system.walls else _STARTS_WITHOUT_WALLS
         places = qmc.LatinHypercube(count, rng=np.random.default_rng([self._seed, 46])).random(starts)
         for place in 2.0 * places - 1.0:
             away = np.zeros(begin.size)
@@ -295,7 +294,7 @@ class DrivenLikelihood(LeastSquares):
     def _near(self, u: Floats, moves: NDArray[np.bool_]) -> Floats:
         """Behind stops, the least of the minima near one: from the best of many places about it, again and again."""
         rng = np.random.default_rng([self._seed, 47])
-        for _ in range(_ROUNDS if self.system.of(Stop) else 0):
+        for _ in range(_ROUNDS if self.system.stops else 0):
             before = self._squares(u)
             best = self._best_about(u, self._root(u), rng, moves)
             if not self._squares(best) < before * (1.0 - 1.0 / self.size):
@@ -339,7 +338,7 @@ class DrivenLikelihood(LeastSquares):
         most = _FOLLOWED if any(own.size for own in lags) else _LOST_BEHIND_STOPS
         if not (whole < most and worst < _UNEVEN * best):
             return False
-        if not self.system.of(Stop):
+        if not self.system.stops:
             return True
         plain, self._filters = self._filters, lags
         try:
@@ -350,7 +349,7 @@ class DrivenLikelihood(LeastSquares):
     def _is_lost(self, u: Floats) -> bool:
         """Whether the model does not follow the record, or only a part of it."""
         whole, worst, best = self._shares(u)
-        most = _LOST_BEHIND_STOPS if self.system.of(Stop) else _LOST
+        most = _LOST_BEHIND_STOPS if self.system.stops else _LOST
         return not whole < most or (worst > most and worst > 2.0 * _UNEVEN * best)
 
     def _how_far_off(self, u: Floats, moves: NDArray[np.bool_]) -> str:
@@ -423,7 +422,7 @@ class DrivenLikelihood(LeastSquares):
         """Every number of the model must move the path."""
         moved = np.abs(self.sensitivity(self._outer(u))).max(axis=0)[: self._model.of_model]
         if idle := [name for name, move in zip(self.coordinates.names, moved.tolist(), strict=False) if move == 0.0]:
-            never = ": the path never reaches what they belong to" if self.system.of(Stop) else ""
+            never = ": the path never reaches what they belong to" if self.system.stops else ""
             raise ValueError(f"{listed(idle)} must not be free: this record depends on none of this{never}.")
 
     def _tell(self, share: float) -> None:

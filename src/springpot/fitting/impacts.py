@@ -14,7 +14,6 @@ from springpot.machine.arguments import Free
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_at
 from springpot.problem.system import System, system_of
 
@@ -69,6 +68,7 @@ def law_of(model: object) -> Law:
     Examples
     --------
     >>> from springpot.problem.free_numbers import free
+    >>> from springpot.problem.parts import Barrier
     >>> [*law_of(Barrier(0.0, free("r", 0.7, (0.1, 1.0)))).free]
     ['r']
     """
@@ -86,7 +86,7 @@ def law_of(model: object) -> Law:
 
 
 def _law_of_wall(model: System) -> Law:
-    walls = model.of(Barrier)
+    walls = [*model.walls.values()]
     if len(walls) != 1:
         raise ValueError(
             f"model must have one wall for data of impacts, not {len(walls)}: give a Barrier, a system with one, or a "

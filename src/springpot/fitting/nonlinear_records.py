@@ -88,7 +88,7 @@ class NonlinearRecordLikelihood(Likelihood):
         if data.of == "x":
             free = _from_lowest(system, free, data.values)
         self.coordinates = Coordinates(free)
-        walls = [stop.position.name for stop in system.of(Barrier, Contact) if isinstance(stop.position, Free)]
+        walls = [stop.position.name for stop in system.stops.values() if isinstance(stop.position, Free)]
         self._places = np.isin(self.coordinates.names, walls)
         self._prepare(self.coordinates.outer(self.coordinates.start))
         if data.of != "x":
@@ -104,7 +104,7 @@ class NonlinearRecordLikelihood(Likelihood):
         """Free positions of walls start where the other numbers, as they are, agree best with the samples."""
         free = self.coordinates.free
         theta = np.array([float(number) for number in free])
-        for name in (wall.position.name for wall in self.system.of(Barrier) if isinstance(wall.position, Free)):
+        for name in (wall.position.name for wall in self.system.walls.values() if isinstance(wall.position, Free)):
             place = self.coordinates.names.index(name)
             found = []
             for at in np.linspace(free[place].low, free[place].high, _POSITIONS):
@@ -260,14 +260,14 @@ class NonlinearRecordLikelihood(Likelihood):
         """Of numbers on which no sample depends."""
         moved = self._scores(self.coordinates.inner(theta)).any(axis=0)
         idle = np.array(self.coordinates.names)[moves & ~moved].tolist()
-        why = ", in which no wall is struck," if self.system.of(Barrier) and self._run(theta)[3] < _NONE else ""
+        why = ", in which no wall is struck," if self.system.walls and self._run(theta)[3] < _NONE else ""
         them = "it" if len(idle) == 1 else "them"
         return f"{listed(idle)} must not be free: the record{why} does not depend on {them}." if idle else ""
 
     def doubts(self, theta: Floats) -> tuple[str, ...]:
         """Of impacts that are too few, and of those that follow each other too fast."""
         said, (flow, _) = [*super().doubts(theta)], self.flow(theta)
-        walls = self.system.of(Barrier)
+        walls = [*self.system.walls.values()]
         found = [any(isinstance(each, Free) for each in (wall.position, wall.restitution)) for wall in walls]
         if any(found) and (impacts := self._run(theta)[3]) < _FEW_IMPACTS:
             said.append(
@@ -349,9 +349,9 @@ def flow_of(system: System, rates: Floats) -> Flow:
     """
     unit, potential = system.per_unit_mass, system.potential
     stiffness = potential.coefficients[1] if len(potential.coefficients) > 1 else 0.0
-    damping = sum(part.coefficient for part in unit.of(Dashpot))
+    damping = unit.damping
     weights, memory = np.zeros(rates.size + 1), np.append(_NEVER * rates[0], rates)
-    pots = unit.of(Springpot)
+    pots = unit.springpots.values()
     spacing = math.log(rates[1] / rates[0])
     slow, fast = rates[0] * math.exp(-0.5 * spacing), rates[-1] * math.exp(0.5 * spacing)
     for pot in pots:
@@ -361,10 +361,10 @@ def flow_of(system: System, rates: Floats) -> Flow:
         damping += c * float(np.sinc(1.0 - a)) * fast ** (a - 1.0)
     if not pots:
         weights, memory = rates[:0], rates[:0]
-    walls = [(wall.position, wall.inwards, wall.restitution) for wall in unit.of(Barrier)]
-    contacts = [(c.position, c.inwards, c.stiffness, c.exponent, c.dissipation) for c in unit.of(Contact)]
+    walls = [(wall.position, wall.inwards, wall.restitution) for wall in unit.walls.values()]
+    contacts = [(c.position, c.inwards, c.stiffness, c.exponent, c.dissipation) for c in unit.contacts.values()]
     return Flow(
-        float(stiffness), float(damping), float(sum(noise.intensity for noise in unit.of(WhiteNoise))), weights, memory,
+        float(stiffness), float(damping), float(sum(noise.white_intensity for noise in unit.parts)), weights, memory,
         np.array(walls, float).reshape(-1, 3), np.array(potential.coefficients[2:], float),
         np.array(contacts, float).reshape(-1, 5),
     )  # fmt: skip
@@ -429,7 +429,7 @@ def equivalent_stiffness(flow: Flow, spread: float) -> float:
 def _from_lowest(system: System, free: tuple[Free, ...], values: Floats) -> tuple[Free, ...]:
     """Free positions of walls start beside the samples that are farthest out."""
     found = {number.name: number for number in free}
-    for wall in system.of(Barrier):
+    for wall in system.walls.values():
         if isinstance(wall.position, Free):
             own = wall.position.itself
             place = float(values.min() if wall.free_side == "above" else values.max())
@@ -450,13 +450,13 @@ def _check(system: System, data: MeasuredRecord) -> None:
     for name, part in system.named():
         if not isinstance(part, _KINDS) or getattr(part, "envelope", None) is not None:
             raise NotCoveredError(f"{_REACH}, not {name}.")
-        if isinstance(part, Barrier) and callable(part.restitution):
+        if name in system.walls and callable(system.walls[name].restitution):
             raise NotCoveredError(f"{_REACH}, not the law of restitution of {name}.")
-        if data.of == "a" and isinstance(part, WhiteNoise) and not part.of_ground:
+        if data.of == "a" and part.is_white and not part.of_ground:
             raise NotCoveredError(
                 f"the acceleration under {name} on the mass has no finite variance, so it has no samples."
             )
     if any(row[0] != 1.0 for row in system.coordinates.elongations.values()):
         raise NotCoveredError(f"{_REACH}, each between the ground and the mass in this order.")
-    if not system.of(WhiteNoise):
+    if not any(part.is_white for part in system.parts):
         raise NotCoveredError("a system without noise does not move: add a WhiteNoise.")

@@ -13,16 +13,12 @@ from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.coordinates import product_of
 from springpot.problem.parts import (
-    Constant,
     Harmonic,
     ParametricNoise,
-    PoissonImpulses,
     RecordedExcitation,
     SpectralExcitation,
-    ThermalNoise,
-    WhiteNoise,
 )
-from springpot.problem.parts.excitations import Excitation, GroundNoise
+from springpot.problem.parts.excitations import GroundNoise
 from springpot.problem.system import System
 from springpot.theory.methods.systems.felt import felt_spectrum
 from springpot.theory.methods.systems.linear import companion_of
@@ -59,7 +55,7 @@ def response(system: System, of: str, *, at: str | None = None, sampled: bool = 
 
     Examples
     --------
-    >>> from springpot.problem.parts import Dashpot, Spring
+    >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
     >>> found = response(System(Spring(4.0), Dashpot(0.5), WhiteNoise(1.0)), "x")
     >>> found(np.array([1.0 / np.pi])).round(6).tolist()  # 2 q / (c w)^2 at resonance
     [2.0]
@@ -76,21 +72,21 @@ def response(system: System, of: str, *, at: str | None = None, sampled: bool = 
     seen_by, coordinates = row_of(system, at), system.coordinates
     noises: list[tuple[Any, Floats]] = [
         (part, coordinates.forces[name])
-        for name, part in system.named()
-        if isinstance(part, Excitation) and not isinstance(part, Constant | ThermalNoise)
+        for name, part in system.excitations.items()
+        if name not in system.constants and part is not system.thermal
     ]
     if of == "a" and len({part.of_ground for part, _ in noises}) > 1:
         raise NotCoveredError("an acceleration with forces on the mass and of the ground together is not covered.")
     rough = [
         name for name, part in system.named()
-        if isinstance(part, WhiteNoise | PoissonImpulses) and not part.of_ground
+        if part.is_white and not part.of_ground
         and product_of(seen_by, coordinates.accelerations(coordinates.forces[name]))
     ]  # fmt: skip
     if of == "a" and sampled and rough:
         raise NotCoveredError(
             f"the acceleration under {rough[0]} on the mass has no finite variance, so it has no samples."
         )
-    temperature = sum(noise.temperature for noise in system.of(ThermalNoise))
+    temperature = system.thermal.temperature if system.thermal else 0.0
 
     def density(frequency: Floats) -> Floats:
         w = 2.0 * np.pi * np.asarray(frequency, float).ravel()

@@ -13,16 +13,12 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     CloughPenzienNoise,
-    Constant,
     Harmonic,
     ParametricNoise,
     PoissonImpulses,
     RecordedExcitation,
     SpectralExcitation,
-    ThermalNoise,
 )
-from springpot.problem.parts.excitations import Excitation
-from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 from springpot.theory.methods.systems.states import States, states_of
@@ -122,7 +118,9 @@ def state_space(system: System, of: Of, step: float, duration: float, at: str | 
         if isinstance(part, SpectralExcitation | CloughPenzienNoise):
             raise NotCoveredError(f"{name} has a density without a short state: a fit of a record does not cover it.")
     own = companion_of(system)
-    noises = [part for part in system.of(Excitation) if not isinstance(part, Constant | ThermalNoise)]
+    noises = [
+        part for name, part in system.excitations.items() if name not in system.constants and part is not system.thermal
+    ]
     if not own.noises and not own.temperature:
         raise NotCoveredError("a system without noise does not move: add a WhiteNoise or another noise.")
     if of == "a" and (not all(part.of_ground for part in noises) or own.temperature > 0.0):
@@ -130,7 +128,7 @@ def state_space(system: System, of: Of, step: float, duration: float, at: str | 
             "an acceleration is covered for noise of the ground only: with a force on the mass it has no "
             "finite variance, or is not that of the state."
         )
-    if of == "a" and any(part.inertia for part in system.of(Element)):
+    if of == "a" and any(part.inertia for part in system.elements.values()):
         raise NotCoveredError("an acceleration is covered where the mass is all of the inertia.")
     states = states_of(own, _SLOWEST / duration, _FASTEST * math.pi / step, "a fit of a record")
     return _seen(states, of, row_of(system, at))

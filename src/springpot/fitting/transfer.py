@@ -14,8 +14,7 @@ from springpot.fitting.moduli import slopes_by_name
 from springpot.fitting.spectral_density import held_by, moduli, row_of
 from springpot.machine.arrays import Complexes, Floats
 from springpot.problem.free_numbers import free_numbers, restarted
-from springpot.problem.parts import Mass, Point
-from springpot.problem.parts.registration import Element, Slopes
+from springpot.problem.parts.registration import Slopes
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
@@ -62,17 +61,17 @@ def response_of(
     moved = own.displaced(w, force)
     slopes: Slopes = []
     for name, part in system.named():
-        if isinstance(part, Element):
+        if name in system.elements:
             row = system.coordinates.elongations[name]
             change = (seen @ row) * (of_ground * float(row @ alike) - moved @ row) / response
             slopes += [(number, slope * change) for number, slope in (*part.slopes(p), (part.inertia, p**2))]
-        elif isinstance(part, Mass):
+        elif name in system.masses:
             place = system.points.index(part.at or system.points[0])
             fed = alike[place] if on == "ground" and not of_ground else 0.0
             slopes.append((part.value, -seen[:, place] * (p**2 * moved[:, place] + fed) / response))
             given = _given(system, p, seen)[:, place] if of_ground else -part.value * seen[:, place] * (on == "ground")
             slopes.append((part.participation, given / response))
-        elif isinstance(part, Point):
+        elif name in system.combined:
             change = _by_share(system, p, part.at, seen, moved - alike * of_ground)
             change = change + (at == part.at) * moved + (on == part.at) * seen
             rows = [system.points.index(name) for name in part.of]
