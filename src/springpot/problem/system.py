@@ -674,7 +674,10 @@ def _check_together(system: System) -> None:
 
 
 def _check_ends(system: System) -> None:
-    """That the masses have names where there are several, and every part is between, or on, one of them."""
+    """That the masses have names where there are several, and every part is between, or on, one of them.
+
+    Each sees some motion then, and each acceleration of the ground acts on something.
+    """
     masses, points = [*system.masses.values()], system.points
     several = len(masses) > 1 or bool(system.combined)
     if several and not all(mass.at for mass in masses):
@@ -682,17 +685,31 @@ def _check_ends(system: System) -> None:
             f"each of the {len(masses)} masses must have a name, as Mass({masses[0].value:g}, at='box'), which parts "
             "are between and excitations are on."
         )
-    for point in points:
-        if points.count(point) > 1:
+    for at in points:
+        if points.count(at) > 1:
             raise ValueError(
-                f"{point} is the name of two {'points' if system.combined else 'masses'}: give one of them another "
-                "name."
+                f"{at} is the name of two {'points' if system.combined else 'masses'}: give one of them another name."
             )
-    _check_combinations(system)
+    named = tuple(mass.at for mass in masses if mass.at)
+    for name, point in system.combined.items():
+        for one in point.of:
+            if one not in named:
+                near = meant(one, named) or (f"; there are {listed([*named])}." if named else "; there is none.")
+                raise ValueError(f"{name} is a combination of masses, but {one!r} is no mass{near}")
+    for name, mass in system.masses.items():  # which alone move with the ground as they are
+        if mass.participation != 1.0 and not system.combined:
+            raise ValueError(f"participation of {name} must be 1 in a system without a Point, as it moves by itself.")
     for name, part in system.named():
         part.check_ends(name, points)
-    if len(points) > 1:
-        _check_rows(system)
+    if len(points) == 1:
+        return
+    for name, row in system.coordinates.elongations.items():
+        if not row.any():
+            ends = system.coordinates.ends[name]
+            raise ValueError(f"{name} is between {listed([*ends])}, which always move alike.")
+    for name, push in system.coordinates.forces.items():
+        if not push.any():
+            raise ValueError(f"{name} accelerates the ground, but no mass has a participation.")
 
 
 def _check_groups(system: System) -> None:
@@ -703,30 +720,6 @@ def _check_groups(system: System) -> None:
         ends = {system.elements[name].between or ("ground", system.points[0]) for name in names}
         if len(ends) > 1:
             raise ValueError(f"group {group} must be of parts with the same ends, but {listed(names)} have others.")
-
-
-def _check_combinations(system: System) -> None:
-    """That points are made of masses, and masses alone move with the ground as they are."""
-    masses = tuple(mass.at for mass in system.masses.values() if mass.at)
-    for name, point in system.combined.items():
-        for one in point.of:
-            if one not in masses:
-                near = meant(one, masses) or (f"; there are {listed([*masses])}." if masses else "; there is none.")
-                raise ValueError(f"{name} is a combination of masses, but {one!r} is no mass{near}")
-    for name, mass in system.masses.items():
-        if mass.participation != 1.0 and not system.combined:
-            raise ValueError(f"participation of {name} must be 1 in a system without a Point, as it moves by itself.")
-
-
-def _check_rows(system: System) -> None:
-    """That each part sees some motion, and each acceleration of the ground acts on something."""
-    at = system.coordinates
-    for name, row in at.elongations.items():
-        if not row.any():
-            raise ValueError(f"{name} is between {listed([*at.ends[name]])}, which always move alike.")
-    for name, push in at.forces.items():
-        if not push.any():
-            raise ValueError(f"{name} accelerates the ground, but no mass has a participation.")
 
 
 def _check_alone(system: System) -> None:

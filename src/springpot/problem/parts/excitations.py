@@ -116,6 +116,16 @@ class Excitation(Part, abstract=True):
             raise ValueError(f"on of {name} must be {listed([*map(repr, known)], 'or')}, not {shown(on)}{near}")
 
     @property
+    def has_density(self) -> bool:
+        """Where it is a noise."""
+        return bool(self.noise)
+
+    @property
+    def is_white(self) -> bool:
+        """Where it is a noise that no filter made."""
+        return self.noise in ("white", "impulses")
+
+    @property
     def feeds(self) -> bool:
         """Where it is a noise."""
         return bool(self.noise)
@@ -203,7 +213,7 @@ class WhiteNoise(Excitation):
     """
 
     said, glyph, powers = "white noise", "rough", ("input",)
-    has_density, is_white, filter_order = True, True, 0
+    filter_order = 0
     noise, is_of_paper = "white", True
 
     intensity: Annotated[
@@ -253,11 +263,6 @@ class WhiteNoise(Excitation):
         """q."""
         return self.intensity
 
-    @property
-    def excites(self) -> bool:
-        """Whether q is not 0."""
-        return self.intensity > 0.0
-
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
         return self.intensity / (2.0 * math.pi)
@@ -300,7 +305,7 @@ class ColoredNoise(Excitation):
     """
 
     said, glyph, powers = "colored noise", "smooth", ("fed",)
-    has_density, filter_order = True, 1
+    filter_order = 1
     noise = "filtered"
 
     variance: Annotated[float, Number("s²", "variance", "N2", "positive", "It is the mean square of the noise.")]
@@ -348,7 +353,6 @@ class GroundNoise(Excitation, abstract=True):
     """White noise filtered by the ground, whose frequency may change in time."""
 
     said, glyph, powers = "ground noise", "smooth", ("fed",)
-    has_density = True
     noise = "filtered"
 
     frequency: Annotated[float, Number("ω", "filter at", "rad s-1", "positive", "It is the filter's, in rad/s.")]
@@ -772,7 +776,6 @@ class SpectralExcitation(Excitation):
     """
 
     said, glyph, powers = "noise of a given spectral density", "smooth", ("fed",)
-    has_density = True
     noise, is_banded = "filtered", True
     instead = {  # noqa: RUF012
         "level": Instead(
@@ -1317,7 +1320,7 @@ class PoissonImpulses(Excitation):
     """
 
     said, glyph, powers = "poisson impulses", "spikes", ("input",)
-    has_density, is_white, is_gaussian, filter_order = True, True, False, 0
+    is_gaussian, filter_order = False, 0
     noise = "impulses"
 
     rate: Annotated[float, Number("λ", "rate", "s-1", "positive", "It is the number of impulses per second.")]
@@ -1380,7 +1383,7 @@ class ParametricNoise(Element, Excitation):
 
     said, glyph, powers = "parametric noise", "rough", ("input",)
     is_linear, is_gaussian, factor = False, False, "x "
-    noise = "white"
+    noise, has_density = "white", False
     is_placed, sustains = True, False  # what does not move, it leaves at rest
 
     intensity: Annotated[
@@ -1427,8 +1430,7 @@ class ThermalNoise(Excitation):
     """
 
     said, glyph, powers = "thermal noise", "rough", ("fed",)
-    excites = True
-    noise = "white"
+    noise, has_density = "white", False
 
     temperature: Annotated[float, Number("kT", "temperature", "J", "positive", "It is kT, an energy.")]
 

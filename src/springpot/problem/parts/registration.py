@@ -589,7 +589,7 @@ class Part(Checked):
     @property
     def excites(self) -> bool:
         """Whether it is noise that moves a mass at rest."""
-        return self.has_density
+        return bool(self.noise) and self.sustains
 
     @property
     def is_gaussian(self) -> bool:

@@ -93,7 +93,9 @@ def boltzmann_of_modes(system: System) -> BoltzmannOfModes | None:
     size = len(coordinates.names)
     values, shapes = np.linalg.eigh(system.stiffness_matrix)
     others = tuple((row, part) for row, part in elements if not part.is_linear)
-    if not values[0] > _HELD * values[-1] or not all(_rises(part) for _, part in others):
+    bent = [part.force_coefficients() for _, part in others]  # of walls nothing
+    rises = all(not any(force[2::2]) and all(k >= 0.0 for k in force[3::2]) for force in bent)
+    if not values[0] > _HELD * values[-1] or not rises:
         return None
     theta = system.thermal.temperature
     speeds = np.asarray(np.linalg.cholesky(coordinates.accelerations(theta * np.eye(size))), float)
@@ -101,9 +103,3 @@ def boltzmann_of_modes(system: System) -> BoltzmannOfModes | None:
     law = BoltzmannOfModes(theta, root, speeds, others)
     tried = np.random.Generator(np.random.Philox(0)).standard_normal((_TRIED, size)) @ law.root.T
     return law if law.kept(tried).mean() > _LEAST_KEPT else None
-
-
-def _rises(part: Any) -> bool:
-    """Whether the energy of a nonlinear spring beside its linear part is nowhere negative; so is that of walls."""
-    force = part.force_coefficients()
-    return not any(force[2::2]) and all(k >= 0.0 for k in force[3::2])

@@ -14,7 +14,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -104,15 +103,3 @@ class Creep:
         """The largest share of a variance that is missing at a time, about."""
         missing = self.missing(time)
         return max((value / self.free[name] for name, value in missing.items() if self.free[name] > 0.0), default=0.0)
-
-
-def creeping(system: System) -> list[Any]:
-    """The parts whose memory fades like a power of time.
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import Springpot
-    >>> creeping(System(Springpot(0.5, 1.0), Springpot(1.0, 1.0)))
-    [Springpot(order=0.5, coefficient=1.0)]
-    """
-    return [part for _, part in system.named() if part.creeps]

@@ -16,7 +16,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import CANONICAL, Dimensionless
 from springpot.problem.free_numbers import check_certain
 from springpot.problem.system import System, checked_system
-from springpot.simulation.plan.creep import Creep, creeping
+from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_paper import CreepOfPaper
 from springpot.simulation.plan.guess import (
     OF_HOPS,
@@ -102,14 +102,14 @@ def _by_modes(system: System) -> Motion:
     modes, rest = modes_of(system), nearest_to_rest(system)
     many = f"the paper's problem has one mass, and the system has {len(system.coordinates.names)}."
     motion = Motion(system, modal_scales(system, modes), rest, rest, beyond_paper=many)
-    searched = Symmetry(system).keeps_mean(creeping(system)) and not motion.is_thermal
+    searched = Symmetry(system).keeps_mean and not motion.is_thermal
     free = {f"{begin}_mean_square": modes.spread(row) ** 2 for begin, row in motion.displacements.items()}
     return _with_slow(replace(motion, searched=searched), system.coordinates.sum_of(modes.stiffness), free)
 
 
 def _with_slow(motion: Motion, stiffness: Floats, free: dict[str, float]) -> Motion:
     """With the slow displacements of its springpots; ``free`` are mean squares without walls, about."""
-    if not creeping(motion.system):
+    if not any(part.creeps for part in motion.system.parts):
         return motion
     system, rows = motion.system, motion.system.coordinates.elongations
     shaken = {name: math.hypot(*motion.size_of(Seen(row=rows[name]))[:2]) for name in system.multiplied}

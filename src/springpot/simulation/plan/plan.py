@@ -366,12 +366,12 @@ def shares_missing(motion: Motion, time: float, values: Mapping[str, float]) -> 
         for square, variance in creep.missing(time).items():
             missing[square] = missing.get(square, 0.0) + variance
     wider = WALL if motion.touched or motion.scales.guessed else 1.0
-    # of walls beyond the equilibrium, not on its near side as a preload
-    rarer = {
-        name: 0.5 * (wall.position - motion.origin) ** 2 / _square(motion, name, values)
-        for name, wall in motion.touched.items()
-        if wall.inwards * (wall.position - motion.origin) < 0.0
-    }
+    rarer = {}
+    for name, wall in motion.touched.items():
+        if wall.inwards * (wall.position - motion.origin) < 0.0:  # beyond the equilibrium, which a preload is not
+            own = values[motion.mean_square_of(f"{name}_impact_rate")]
+            about_rest = motion.square_about_origin(values) if motion.origin else own
+            rarer[name] = 0.5 * (wall.position - motion.origin) ** 2 / about_rest
     rarest = min(rarer.values(), default=0.0) if len(rarer) == len(motion.touched) else 0.0
     shares = {}
     for name in values:
@@ -387,9 +387,3 @@ def shares_missing(motion: Motion, time: float, values: Mapping[str, float]) -> 
             weight = 1.0 if name == square else 0.5
             shares[name] = min(1.0, (weight + more) * absent / values[square]) if absent > 0.0 else 0.0
     return shares
-
-
-def _square(motion: Motion, wall: str, values: Mapping[str, float]) -> float:
-    """The mean square displacement with which the impacts on a wall change, about the rest of the springs."""
-    square = values[motion.mean_square_of(f"{wall}_impact_rate")]
-    return motion.square_about_origin(values) if motion.origin else square

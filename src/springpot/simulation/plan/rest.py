@@ -70,8 +70,10 @@ def within_walls(system: System, places: Floats) -> Floats:
     inward, least = walls_at(system, places)
     if not (least > 0.0).any():
         return places
-    forces = _of_one(inward, least)
-    forces = least_forces(inward, least) if forces is None else forces
+    behind = least > 0.0
+    of_one = np.where(behind, least, 0.0) / (inward**2).sum(axis=1)  # of the only wall with something behind it
+    enough = behind.sum() == 1 and (inward @ (inward.T @ of_one) >= least)[~behind].all()
+    forces = of_one if enough else least_forces(inward, least)
     if forces is None:
         raise ValueError(f"the walls must leave room: {listed([*system.walls])} cannot all be kept.")
     return np.asarray(places + inward.T @ forces)
@@ -82,13 +84,6 @@ def walls_at(system: System, x: Floats) -> tuple[Floats, Floats]:
     rows = [part.inwards * system.coordinates.elongations[name] for name, part in system.walls.items()]
     inward = np.array(rows).reshape(-1, len(x))
     return inward, np.array([part.inwards * part.position for part in system.walls.values()]) - inward @ x
-
-
-def _of_one(inward: Floats, least: Floats) -> Floats | None:
-    """The force of the only wall that has something behind it, where that is enough."""
-    behind = least > 0.0
-    forces = np.where(behind, least, 0.0) / (inward**2).sum(axis=1)
-    return forces if behind.sum() == 1 and (inward @ (inward.T @ forces) >= least)[~behind].all() else None
 
 
 def least_forces(inward: Floats, least: Floats) -> Floats | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -45,10 +45,11 @@ class Symmetry:
             reached = (ties @ reached > 0.0).astype(float)
         return [begin for begin, row in displacements.items() if not (np.abs(row) @ reached).any()]
 
-    def keeps_mean(self, kinds: Collection[Any]) -> bool:
-        """Whether one of some parts sees a mean elongation."""
+    @property
+    def keeps_mean(self) -> bool:
+        """Whether a part whose memory fades like a power of time sees a mean elongation."""
         rows = self.system.coordinates.elongations
-        return any(self.has_mean(rows[name]) for name, part in self.system.named() if part in kinds)
+        return any(self.has_mean(rows[name]) for name, part in self.system.named() if part.creeps)
 
     def has_mean(self, row: Floats) -> bool:
         """Whether the mean of an elongation is not 0 by symmetry."""
