@@ -6,9 +6,11 @@ import math
 from dataclasses import fields
 from typing import get_args
 
+import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts.contacts import SoftStop
 from springpot.problem.parts.registration import Number, Part, Power, in_words
 from springpot.problem.parts.walls import Restitution
@@ -50,6 +52,37 @@ def test_a_part_is_divided_by_the_mass_as_its_units_say(kind: type[Part]) -> Non
         if isinstance(number, Number) and not number.per and number.unit != "1":
             same = getattr(halved, name) == getattr(part, name)
             assert same == (number.unit_of(True) == number.unit_of(False)), name
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+def test_a_part_acts_along_a_row_that_it_sees_or_pushes_a_point(kind: type[Part]) -> None:
+    part, at = EACH[kind].alone(), Coordinates.of_masses(["mass"])
+    sees, pushes = part.elongation(at) is not None, part.push(at) is not None
+    assert not (sees and pushes)
+    assert (sees or pushes) == (kind not in (sp.Mass, sp.Point, sp.ThermalNoise))
+    assert sees or not part.has_ends
+    assert part.has_density == (pushes and bool(part.noise))
+
+
+@pytest.mark.parametrize(
+    "part",
+    [sp.PolynomialSpring((2.0, 0.0, 3.0)), sp.Contact(-0.3, 5.0), sp.Contact(0.3, 5.0, exponent=2.0)],
+    ids=["spring", "contact_below", "contact_above"],
+)
+def test_energy_is_the_work_of_the_nonlinear_force(part: Part) -> None:
+    x = np.array([-0.9, -0.31, 0.2, 0.7])
+    force = sp.System(part, sp.Spring(1.0)).potential.force(x) - (1.0 + part.static_stiffness) * x
+    work = (part.energy_beside(x + 1e-6) - part.energy_beside(x - 1e-6)) / 2e-6
+    assert work == pytest.approx(force, abs=1e-8)
+
+
+def test_mean_and_largest_stiffness_of_a_spring() -> None:
+    spring = sp.PolynomialSpring((2.0, 0.5, 3.0))
+    u = 0.4 * np.linspace(-8.0, 8.0, 4001)
+    weight = np.exp(-0.5 * (u / 0.4) ** 2)
+    stiffness = 2.0 + u + 9.0 * u**2
+    assert spring.mean_stiffness(0.4) == pytest.approx(float(weight @ stiffness / weight.sum()), rel=1e-9)
+    assert spring.largest_stiffness(0.4) == pytest.approx(2.0 + 0.4 + 9.0 * 0.16)
 
 
 def test_parts_of_the_memory_have_a_modulus_and_its_slopes() -> None:

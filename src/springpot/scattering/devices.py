@@ -14,7 +14,6 @@ from springpot.machine.faults import listed, meant, shown
 from springpot.memory.common_rates import common_rates
 from springpot.memory.exponential_sum import ExponentialSum, shared_span
 from springpot.problem.free_numbers import uncertain_numbers, with_values
-from springpot.problem.parts import Springpot
 from springpot.problem.system import System
 from springpot.problem.uncertain import LEAST_CHANCE
 from springpot.scattering.estimates import SCRAMBLINGS
@@ -253,7 +252,7 @@ def simulations_of(plans: Sequence[Plan], whole: Plan, tell: Callable[[float], N
 def _memory_of_all(plans: Sequence[Plan], settings: Settings) -> Callable[[float], ExponentialSum]:
     """Sums by the order: with common rates of the orders of a springpot that differ, otherwise the shortest ones."""
     alone, ranges = sums_of(settings), list[tuple[float, float]]()
-    orders = np.array([[pot.order for pot in plan.system.of(Springpot)] for plan in plans])
+    orders = np.array([[pot.order for pot in plan.system.springpots.values()] for plan in plans])
     for low, high in sorted(zip(orders.min(axis=0).tolist(), orders.max(axis=0).tolist(), strict=True)):
         if low < high and ranges and low <= ranges[-1][1]:  # springpots whose orders overlap have the same rates
             ranges[-1] = ranges[-1][0], max(high, ranges[-1][1])

@@ -14,7 +14,6 @@ from springpot.machine.arguments import Uncertain, check_called, finite_number, 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, known_word, shown
 from springpot.problem.free_numbers import nominal, uncertain_numbers
-from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System, checked_system
 from springpot.problem.uncertain import Bounded, Measured
 from springpot.scattering.devices import (
@@ -256,7 +255,7 @@ def check_numbers(numbers: dict[str, Uncertain], where: str) -> dict[str, Uncert
 
 def check_stops(system: System) -> None:
     """Raise an error if a gap may become negative, where a stop presses the mass in place of standing off."""
-    for stop in system.of(Stop):
+    for stop in system.stops.values():
         position: Any = stop.position
         if isinstance(position, Uncertain) and position.low < 0.0 < position.high and float(position) != 0.0:
             below = float(position.law.cdf((-position.plus / position.times) ** (1.0 / position.power)))

@@ -17,7 +17,6 @@ from typing import Any
 from springpot.machine.faults import FileError, NotCoveredError
 from springpot.machine.record import digest
 from springpot.problem.basquin import Basquin
-from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
 from springpot.simulation.plan.options import Options, own_seed
 from springpot.studies.axes import some_points
@@ -132,7 +131,7 @@ def _settings(study: Study, method: str) -> dict[str, Any]:
     an envelope is run from its beginning.
     """
     given = study.settings(method)
-    if method != "monte_carlo" or not given or any(each.duration for each in study.system.of(Excitation)):
+    if method != "monte_carlo" or not given or any(each.duration for each in study.system.excitations.values()):
         return given
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
     if "rtol" in given or given_state or given.get("derivative", "caputo") != "caputo":

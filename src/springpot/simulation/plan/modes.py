@@ -101,35 +101,23 @@ def modes_of(system: System) -> Modes:
     >>> modes_of(pair).frequency.round(6).tolist()
     [0.618034, 1.618034]
     """
-    found = _modes(system, _linear(system))
-    if any(map(_has_size, system.elements.values())):
-        for _ in range(_ROUNDS_OF_SIZE):
-            found = _modes(system, _means(system, found))
+    linear, at = _linear(system), system.coordinates
+    found = _modes(system, linear)
+    of_size = {name: part for name, part in system.elements.items() if part.is_bent or part.is_rough}
+    for _ in range(_ROUNDS_OF_SIZE if of_size else 0):
+        means = dict(linear)
+        for name, part in of_size.items():
+            row = at.elongations[name]
+            spread, speed = found.spread(row), found.speed(row)
+            damping = part.linear_damping + part.damping_beside(spread, speed, at.reduced(row))
+            means[name] = part.mean_stiffness(spread), damping
+        found = _modes(system, means)
     return found
 
 
 def _linear(system: System) -> dict[str, tuple[float, float]]:
     """Stiffness and damping of the linear part of each force."""
     return {name: (part.static_stiffness, part.linear_damping) for name, part in system.elements.items()}
-
-
-def _has_size(part: Any) -> bool:
-    """Whether its stiffness or damping depends on the size of the motion."""
-    return bool(part.is_bent or part.is_rough)
-
-
-def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
-    """Mean stiffness and damping of each part with two ends at the size of a motion."""
-    found = {}
-    for name, part in system.elements.items():
-        stiffness, damping = part.static_stiffness, part.linear_damping
-        if _has_size(part):
-            row = system.coordinates.elongations[name]
-            spread, speed = modes.spread(row), modes.speed(row)
-            stiffness = part.mean_stiffness(spread)
-            damping += part.damping_beside(spread, speed, system.coordinates.reduced(row))
-        found[name] = stiffness, damping
-    return found
 
 
 def _modes(system: System, means: Mapping[str, tuple[float, float]]) -> Modes:

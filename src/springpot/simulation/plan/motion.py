@@ -833,16 +833,14 @@ class Motion:
             is_held = held.any() and np.abs(moved[~held]).max(initial=0.0) <= _RIGID * np.abs(moved).max()
             give = float((moved[held] ** 2 / stiffness[held]).sum()) if is_held else math.inf
             frequency = 1.0 / math.sqrt(give * at.reduced(row))
-            spread, speed = math.sqrt(max(square - mean**2, 0.0)), self._speed_of(name, row, values)
+            spread = math.sqrt(max(square - mean**2, 0.0))
+            if name in self._points:
+                speed = _root_of(values, f"{name[:-1]}v_mean_square")
+            else:  # the speed of an elongation is no result: as if its ends moved independently
+                ends = zip(at.names, row, strict=True)
+                speed = math.hypot(*(share * _root_of(values, f"{end}_v_mean_square") for end, share in ends))
             found[wall] = Before(name, mean, spread, speed, frequency, self._press_on(wall))
         return found
-
-    def _speed_of(self, name: str, row: Floats, values: Mapping[str, float]) -> float:
-        """Of a displacement; of an elongation, whose speed is no result, as if its ends moved independently."""
-        if name in self._points:
-            return _root_of(values, f"{name[:-1]}v_mean_square")
-        ends = zip(self.system.coordinates.names, row, strict=True)
-        return math.hypot(*(share * _root_of(values, f"{end}_v_mean_square") for end, share in ends))
 
     @cached_property
     def not_stationary(self) -> str:

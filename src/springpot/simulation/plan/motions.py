@@ -28,7 +28,7 @@ from springpot.simulation.plan.loose import springpot_alone
 from springpot.simulation.plan.modes import modal_scales, modes_of
 from springpot.simulation.plan.motion import Motion, Potential
 from springpot.simulation.plan.rest import nearest_to_rest, origin_of, seen_from
-from springpot.simulation.plan.scales import Scales, closed_form
+from springpot.simulation.plan.scales import closed_form
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.symmetry import Symmetry
 
@@ -69,7 +69,12 @@ def motion_of(system: System) -> Motion:
         return _with_slow(replace(motion, searched=searched), np.array([[system.inertia * held]]), free)
     elastic = paper.barrier is None or paper.restitution == 1.0
     dashpot = paper.springpot.order == 1.0 and paper.springpot.coefficient > 0.0
-    scales = _scales_of(paper, centred).seen_from(-origin)
+    scales = closed_form(paper)
+    pressed = paper.barrier is not None and paper.direction * paper.barrier.position > 0.0
+    if pressed and not elastic:  # but for the rate of hops on a wall that the spring presses on
+        hops = rate_on_pressed_walls(centred.per_unit_mass, guessed_law(centred))
+        scales = replace(scales, fastest_rate=max(scales.fastest_rate, OF_HOPS * hops), resolved_rate=hops)
+    scales = scales.seen_from(-origin)
     return Motion(
         system,
         scales,
@@ -115,12 +120,3 @@ def _with_slow(motion: Motion, stiffness: Floats, free: dict[str, float]) -> Mot
     shaken = {name: math.hypot(*motion.size_of(Seen(row=rows[name]))[:2]) for name in system.multiplied}
     seen = {f"{begin}_mean_square": row for begin, row in motion.displacements.items()}
     return replace(motion, slow=(Creep(system, stiffness, motion.scales.fastest_rate, seen, free, shaken),))
-
-
-def _scales_of(paper: Dimensionless, centred: System) -> Scales:
-    """In closed form, but for the rates of hops on a wall that the spring presses on."""
-    scales = closed_form(paper)
-    if paper.barrier is None or paper.direction * paper.barrier.position <= 0.0 or paper.restitution == 1.0:
-        return scales
-    hops = rate_on_pressed_walls(centred.per_unit_mass, guessed_law(centred))
-    return replace(scales, fastest_rate=max(scales.fastest_rate, OF_HOPS * hops), resolved_rate=hops)
