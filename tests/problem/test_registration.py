@@ -62,6 +62,7 @@ def test_a_part_acts_along_a_row_that_it_sees_or_pushes_a_point(kind: type[Part]
     assert (sees or pushes) == (kind not in (sp.Mass, sp.Point, sp.ThermalNoise))
     assert sees or not part.has_ends
     assert part.has_density == (pushes and bool(part.noise))
+    assert part.is_white == (pushes and part.noise in ("white", "impulses"))
 
 
 @pytest.mark.parametrize(

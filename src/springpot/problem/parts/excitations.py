@@ -117,13 +117,13 @@ class Excitation(Part, abstract=True):
 
     @property
     def has_density(self) -> bool:
-        """Where it is a noise."""
+        """Where it is a noise that acts on a point."""
         return bool(self.noise)
 
     @property
     def is_white(self) -> bool:
-        """Where it is a noise that no filter made."""
-        return self.noise in ("white", "impulses")
+        """Where it has a density, and no filter made it."""
+        return self.has_density and self.noise != "filtered"
 
     @property
     def feeds(self) -> bool:
