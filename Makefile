@@ -6,7 +6,7 @@ export UV_PYTHON_DOWNLOADS := never
 # bytecode is kept: each of the many processes that the tests start would compile the package anew
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help setup figures lint style types kernels objects wheel test test-page test-rest validate coverage bench atlas docs screenshots clean
+.PHONY: help setup figures lint style types kernels bytecode objects wheel test test-page test-rest validate coverage bench atlas docs screenshots clean
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -35,7 +35,7 @@ style: setup
 types: setup
 	$(RUN)/mypy
 
-# kernels before tests, for each of the processes that test would compile them for itself; else all beside each other,
+# kernels and bytecode before tests, for each of the processes that test would make them; else all beside each other,
 # since the page's tests often wait for the browser, others for a signal or a worker, and mypy has one thread
 test: style  ## style, types, spelling and the everyday tests
 	@$(MAKE) --no-print-directory --jobs=3 types test-page test-rest
@@ -43,16 +43,20 @@ test: style  ## style, types, spelling and the everyday tests
 kernels: setup
 	@$(RUN)/python -m tests.kernels
 
+# of tests that are new here, which each of the processes that test would make for itself: ten seconds
+bytecode: setup
+	@$(RUN)/pytest --quiet --quiet --collect-only > /dev/null
+
 objects: setup  ## make the compiled code that the wheel brings
 	@$(RUN)/python -m springpot.simulation.kernel.make_objects
 
 wheel: objects  ## build what is released, into dist/
 	$(UV) build --quiet --wheel
 
-test-page: kernels
+test-page: kernels bytecode
 	$(RUN)/pytest --quiet -m "not validation" tests/explorer
 
-test-rest: kernels
+test-rest: kernels bytecode
 	$(RUN)/pytest -m "not validation" --ignore=tests/explorer --numprocesses=2 --dist=worksteal
 
 validate: setup  ## the tests that take longer

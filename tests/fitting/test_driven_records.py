@@ -257,7 +257,7 @@ def test_numbers_that_leave_the_path_as_it_is_are_named() -> None:
 @pytest.mark.parametrize("kind", ["linear", validation("duffing")])
 @pytest.mark.parametrize(("factor", "words"), [(-1.0, "check the sign of the input"), (1000.0, "check the units")])
 def test_a_wrong_sign_or_unit_is_named(factor: float, words: str, kind: str) -> None:
-    data = twin(kind, 12)
+    data = twin(kind, 12, 400)
     wrong = sp.MeasuredRecord(data.time, factor * data.values, input=data.input, start="rest", interpolation="linear")
     with pytest.raises(NoFitError, match=words):
         sp.fit(restarted(device(kind), {"k": 9.5}), wrong)

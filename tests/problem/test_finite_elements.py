@@ -13,6 +13,7 @@ import pytest
 from scipy import integrate, linalg, sparse
 
 import springpot as sp
+from tests.sizes import validation
 
 Matrices = tuple[Any, Any]
 
@@ -80,8 +81,11 @@ def test_frequencies_of_24_coordinates_to_a_billionth(form: Any) -> None:
     assert whole.effective_masses.sum() == pytest.approx(UP @ MASS @ UP, rel=1e-9)
 
 
-@pytest.mark.parametrize("on", ["tip", "ground"])
-@pytest.mark.parametrize("form", [np.asarray, sparse.csc_array])
+@pytest.mark.parametrize(
+    ("form", "on"),
+    [(np.asarray, "tip"), (sparse.csc_array, "ground"), validation(np.asarray, "ground"),
+     validation(sparse.csc_array, "tip")],
+)  # fmt: skip
 def test_a_few_modes_respond_as_all_24_coordinates(form: Any, on: str) -> None:
     """With damping in proportion, and with a damper at the tip beside it, which couples the modes: Lyapunov's."""
     push = np.eye(24)[TIP] if on == "tip" else -MASS @ UP

@@ -21,6 +21,7 @@ from springpot.memory.exponential_sum import exponential_sum
 from springpot.problem.free_numbers import nominal, uncertain_numbers, with_values
 from springpot.problem.uncertain import Bounded, Measured
 from tests.scattering.problems import ALONE, DEVIATION, MEAN, NAMES, device
+from tests.sizes import validation
 
 GIVEN: dict[str, Any] = {"devices": 256, "paths": 8, "duration": 120.0, "window": (60.0, 120.0), "step": 0.1}
 
@@ -68,7 +69,7 @@ def test_the_same_bits_for_any_number_of_threads() -> None:
     assert one.report() == two.report()
 
 
-@pytest.mark.parametrize("paths", [4, 64, 128])
+@pytest.mark.parametrize("paths", [4, 64, validation(128)])
 def test_devices_are_the_runs_of_each_alone(paths: int) -> None:
     """With a scattered order too: all have the same rates of memory, and weights of their own."""
     system, given = mount(), {"duration": 1.0, "window": (0.2, 1.0), "step": 1e-3}
@@ -204,10 +205,16 @@ def test_numbers_have_their_correlation_with_them() -> None:
         sp.uncertain("k", 3200.0, cov=0.1, correlation={"C": 0.6, "absent": 0.1}),
         sp.uncertain("C", 150.0, cov=0.1),
     )
-    given = {"devices": 64, "method": "envelope"}
-    own = sp.scatter(mount(k=one, C=other), ["x_mean_square"], **given)
-    told = sp.scatter(mount(k=sp.uncertain("k", 3200.0, cov=0.1), C=other), ["x_mean_square"],
-                      correlation={("k", "C"): 0.6}, **given)  # fmt: skip
+
+    def linear(stiffness: Any) -> sp.System:
+        parts = mount(k=stiffness, C=other).stated()
+        return sp.System(**{name: part for name, part in parts if not isinstance(part, sp.Barrier)})
+
+    given = {"devices": 64, "method": "linear"}
+    own = sp.scatter(linear(one), ["x_mean_square"], **given)
+    told = sp.scatter(
+        linear(sp.uncertain("k", 3200.0, cov=0.1)), ["x_mean_square"], correlation={("k", "C"): 0.6}, **given
+    )
     assert own.report() == told.report()
     assert "k and C" in own.inputs
     assert (

@@ -28,13 +28,13 @@ def test_a_long_call_in_python_says_so_first_and_what_has_it_at_once(
     sp.exceedance(LINEAR, {"x": 2.0}, **SHORT, rtol=1.0)
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(bar, "LONG_SECONDS", 0.1)
-    sp.exceedance(LINEAR, {"x": 8.0, "energy": 1.0}, **SHORT, rtol=0.3)
+    sp.exceedance(LINEAR, {"x": 8.0, "energy": 1.0}, **SHORT, rtol=0.6)
     said = capsys.readouterr().err.splitlines()
     assert said[0].startswith("springpot: this takes about ")
     assert said[0].endswith(
         " (max_time= ends it earlier; springpot.theory.exceedance has x at once, by formulas of the stationary state)."
     )
-    sp.exceedance(WALL, {"x": 4.0}, **SHORT, rtol=0.3)
+    sp.exceedance(WALL, {"x": 4.0}, **SHORT, rtol=0.6)
     assert capsys.readouterr().err.splitlines()[0].endswith("(max_time= ends it earlier).")
 
 
