@@ -115,10 +115,21 @@ def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str], heavy: 
         bias = f"step bias up to {bound:.2g}" if bound else ""
         rows.append([name, with_error(answer[name], answer[f"{name}_se"], units[name]), bias])
     print_table([["", "value +- standard error"], *rows])
-    if passages := _first_passages(answer):
+    rows = []  # one for each level, under its name such as ``x_first_passage``
+    for name in [key.removesuffix("_survival") for key in answer if key.endswith("_first_passage_survival")]:
+        levels = answer.get(f"{name}_level")
+        middles = answer.get(f"{name}_reference") or ([None] * len(levels) if levels else [])
+        wanted = *(f"{part}{end}" for part in _OF_PASSAGES for end in ("", "_se")), "rate_low", "rate_high"
+        passed = [answer[f"{name}_{part}"] for part in wanted]
+        each = zip(map(_level, levels, middles), *passed, strict=True) if levels else [("", *passed)]
+        for level, *numbers, low, high in each:
+            pairs = zip(numbers[::2], numbers[1::2], _OF_PASSAGES.values(), strict=True)
+            rate = "none" if high is None else f"{low:.2g} to {high:.2g} s-1" if low else f"at most {high:.2g} s-1"
+            rows.append([name + level, *(with_error(value, error, unit) for value, error, (_, unit) in pairs), rate])
+    if rows:
         print()
         header = [*(words for words, _ in _OF_PASSAGES.values()), "rate once constant, 95 %"]
-        print_table([["first passage +- standard error", *header], *passages])
+        print_table([["first passage +- standard error", *header], *rows])
     if "time_bin" in answer:
         from springpot.problem.catalogue import unit_of
 
@@ -141,23 +152,6 @@ _OF_PASSAGES = {
     "censored": ("share not passed", "1"),
     "at_start": ("share beyond at the start", "1"),
 }
-
-
-def _first_passages(answer: Mapping[str, Any]) -> list[list[str]]:
-    """A row for each level, under its name such as ``x_first_passage``."""
-    rows = []
-    for name in [key.removesuffix("_survival") for key in answer if key.endswith("_first_passage_survival")]:
-        levels = answer.get(f"{name}_level")
-        middles = answer.get(f"{name}_reference") or ([None] * len(levels) if levels else [])
-        wanted = *(f"{part}{end}" for part in _OF_PASSAGES for end in ("", "_se")), "rate_low", "rate_high"
-        columns = [answer[f"{name}_{part}"] for part in wanted]
-        each = zip(map(_level, levels, middles), *columns, strict=True) if levels else [("", *columns)]
-        for level, *numbers, low, high in each:
-            pairs = zip(numbers[::2], numbers[1::2], _OF_PASSAGES.values(), strict=True)
-            rate = "none" if high is None else f"{low:.2g} to {high:.2g} s-1" if low else f"at most {high:.2g} s-1"
-            row = [with_error(value, error, unit) for value, error, (_, unit) in pairs]
-            rows.append([name + level, *row, rate])
-    return rows
 
 
 def _level(level: float, middle: float | None) -> str:

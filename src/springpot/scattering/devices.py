@@ -118,11 +118,18 @@ def correlated(given: Any, numbers: Mapping[str, Uncertain]) -> Correlation:
     TypeError, ValueError
         If a pair or a number is wrong, or there are no such numbers.
     """
-    names = [*numbers]
-    matrix, words = (
-        _own_correlations(numbers),
-        "correlation must be a dict of pairs and numbers, such as {('k', 'C'): 0.5}",
-    )
+    names, matrix = [*numbers], np.eye(len(numbers))
+    for place, number in enumerate(numbers.values()):
+        for name, value in number.correlation:  # with others that are there
+            if name in numbers:
+                other = names.index(name)
+                if matrix[place, other] != 0.0 and abs(matrix[place, other] - value) > 1e-9:
+                    raise ValueError(
+                        f"correlation of {number.name} and {name} must be the same in both, not {value:g} and "
+                        f"{matrix[place, other]:g}."
+                    )
+                matrix[place, other] = matrix[other, place] = value
+    words = "correlation must be a dict of pairs and numbers, such as {('k', 'C'): 0.5}"
     if not isinstance(given, Mapping):
         raise TypeError(f"{words}, not {shown(given)}.")
     for pair, value in given.items():
@@ -146,22 +153,6 @@ def correlated(given: Any, numbers: Mapping[str, Uncertain]) -> Correlation:
             "in this way."
         )
     return Correlation(matrix)
-
-
-def _own_correlations(numbers: Mapping[str, Uncertain]) -> Floats:
-    """With others that are there."""
-    names, matrix = [*numbers], np.eye(len(numbers))
-    for place, number in enumerate(numbers.values()):
-        for name, value in number.correlation:
-            if name in numbers:
-                other = names.index(name)
-                if matrix[place, other] != 0.0 and abs(matrix[place, other] - value) > 1e-9:
-                    raise ValueError(
-                        f"correlation of {number.name} and {name} must be the same in both, not {value:g} and "
-                        f"{matrix[place, other]:g}."
-                    )
-                matrix[place, other] = matrix[other, place] = value
-    return matrix
 
 
 def systems_of(system: System, names: Sequence[str], values: Floats) -> list[System]:
@@ -227,17 +218,15 @@ def check_alike(motions: Sequence[Motion]) -> None:
 
 def plans_like(whole: Plan, motions: Sequence[Motion]) -> list[Plan]:
     """Plans of devices with the settings of the nominal one, and its start."""
-    return [_started(Plan(motion, whole.settings, whole.adapted), whole) for motion in motions]
-
-
-def _started(plan: Plan, whole: Plan) -> Plan:
-    """From the start of the nominal device, moved as far as its place of rest."""
-    moved = plan.motion.rest - whole.motion.rest
-    if whole.settings.start != "stationary" or not moved.any():
-        return plan
-    at = plan.system.coordinates
-    begin = at.places_of(whole.settings.initial_position) + moved
-    return plan.but(initial_position=at.as_given(plan.motion.within_walls(begin)))
+    plans = []
+    for motion in motions:
+        plan, moved = Plan(motion, whole.settings, whole.adapted), motion.rest - whole.motion.rest
+        if whole.settings.start == "stationary" and moved.any():  # as far as its place of rest
+            at = plan.system.coordinates
+            begin = at.places_of(whole.settings.initial_position) + moved
+            plan = plan.but(initial_position=at.as_given(motion.within_walls(begin)))
+        plans.append(plan)
+    return plans
 
 
 def simulations_of(plans: Sequence[Plan], whole: Plan, tell: Callable[[float], None]) -> list[Simulation]:

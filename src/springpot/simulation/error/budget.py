@@ -13,7 +13,6 @@ from springpot.simulation.error.decision import Known, bias_range
 from springpot.simulation.error.levels import Levels
 from springpot.simulation.estimate.few_events import errors_of_unseen
 from springpot.simulation.estimate.samples import errors_of_the_start, watched
-from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, controlled, standard_error, without_doubtful
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import shares_missing
@@ -113,7 +112,12 @@ def combine(levels: Levels) -> Estimates:
     simulation, samples = levels.best.simulation, _samples(levels)
     motion, settings = simulation.motion, simulation.settings
     memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
-    energy = _energy_transient(simulation)
+    energy, (begin, end) = 0.0, settings.window  # relative effect of its transient on the average over the window
+    if not motion.is_thermal:
+        relaxation = motion.scales.settling_time
+        energy = float(beat(motion.system) * relaxation / (end - begin) * math.exp(-begin / relaxation))
+        if (waiting := motion.waiting_time(settings.start)) > 0.0:
+            energy += waiting / (end - begin) * math.exp(-begin / waiting)
     plain = {before: samples.pop(f"{before}plain_rate", None) for before in motion.completed}
     values = {name: sample.value(0.0) for name, sample in samples.items()}
     errors = {name: sample.error(0.0) for name, sample in samples.items()}
@@ -193,14 +197,3 @@ def orders_of_step(motion: Motion, name: str, step: float) -> tuple[float, float
         return min(1.0, order), HIGHEST_ORDER
     remembered = bool(motion.touched) and (motion.remembers or motion.scales.guessed)
     return WITH_MEMORY if remembered else 1.0, HIGHEST_ORDER
-
-
-def _energy_transient(simulation: Simulation) -> float:
-    """Relative effect of the energy's transient on the average over the window."""
-    if simulation.motion.is_thermal:
-        return 0.0
-    relaxation, (begin, end) = simulation.motion.scales.settling_time, simulation.settings.window
-    share = beat(simulation.motion.system) * relaxation / (end - begin) * math.exp(-begin / relaxation)
-    if (waiting := simulation.motion.waiting_time(simulation.settings.start)) > 0.0:
-        share += waiting / (end - begin) * math.exp(-begin / waiting)
-    return float(share)

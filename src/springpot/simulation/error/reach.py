@@ -323,18 +323,13 @@ def checked_quantities(motion: Motion, quantities: Sequence[str]) -> tuple[str, 
     if not names or not set(names) <= set(allowed):
         given = few(name if len(name) < MOST_LETTERS else shown(name) for name in names) or "nothing"
         wrong = next((name for name in names if name not in allowed), "")
-        hint = _why_not(motion, wrong) or meant(wrong, allowed) or "."
+        hint = meant(wrong, allowed) or "."
+        if wrong in motion.zeros:
+            hint = ": it is 0."
+        elif (felt := motion.felt.get(wrong.removesuffix("_square").removesuffix("_mean"))) is not None:
+            hint = f": {felt.reason}." if felt.reason else ": of forces and accelerations rtol controls mean squares."
         raise ValueError(f"quantities must be among {few(allowed)}, not {given}{hint}")
     return names
-
-
-def _why_not(motion: Motion, name: str) -> str:
-    """The words ": ..." with the reason why a result of the motion cannot be controlled, if there is one."""
-    if name in motion.zeros:
-        return ": it is 0."
-    if (felt := motion.felt.get(name.removesuffix("_square").removesuffix("_mean"))) is None:
-        return ""
-    return f": {felt.reason}." if felt.reason else ": of forces and accelerations rtol controls mean squares."
 
 
 def controllable(motion: Motion) -> tuple[str, ...]:
