@@ -141,7 +141,9 @@ class DrivenModel:
             all_systems += [systems[own.tobytes()]] * pieces
             if self.data.start == "free":
                 starts[n] = theta[self.states].reshape(pieces, size, 2).swapaxes(1, 2)
-        driven = self.driven.delayed(self._delay(thetas[0]))
+        driven = self.driven.delayed(
+            float(thetas[0][self.offsets.stop]) if self.data.delay is None else self.data.delay
+        )
         driven = driven if samples == driven.samples else driven.first(samples)
         paths = driven.paths(all_systems, starts.reshape(len(all_systems), -1))
         paths = paths.reshape(len(thetas), pieces, *paths.shape[1:])[..., :size, :]
@@ -155,11 +157,6 @@ class DrivenModel:
                 seen = seen + driven.input_at_samples
             found[:, self.of_channel(n)] = seen + offsets[:, n, None, None]
         return found
-
-    def _delay(self, theta: Floats) -> float:
-        if self.data.delay is not None:
-            return self.data.delay
-        return float(theta[self.offsets.stop])
 
     def compared(self, theta: Floats, samples: int) -> tuple[Floats, Floats]:
         """What is left of the first samples, and the derivatives of what is expected.

@@ -456,7 +456,7 @@ class DrivenLikelihood(LeastSquares):
 
     def _of_noise(self, theta: Floats, moving: int) -> float:
         """The probability of what is left, if it is noise, by a score test."""
-        from scipy import stats
+        from scipy import linalg, stats
 
         residual, slopes = self.residuals(theta), self.sensitivity(theta)
         variance = float(residual @ residual) / max(residual.size - moving, 1)
@@ -464,7 +464,7 @@ class DrivenLikelihood(LeastSquares):
         basis, _ = np.linalg.qr(slopes / np.maximum(np.sqrt((slopes**2).sum(axis=0)), 1e-300))
         extra = extra - basis @ (basis.T @ extra)
         size = np.sqrt((extra**2).sum(axis=0))
-        q, r, _ = _pivoted(extra[:, size > 0.0] / size[size > 0.0])
+        q, r, _ = linalg.qr(extra[:, size > 0.0] / size[size > 0.0], mode="economic", pivoting=True)
         rank = int((np.abs(np.diag(r)) > 1e-6).sum())
         score = float(np.sum((q[:, :rank].T @ residual) ** 2)) / variance
         return float(stats.chi2.sf(score, max(rank, 1)))
@@ -559,13 +559,6 @@ class DrivenLikelihood(LeastSquares):
 def _by_parts(rows: Floats) -> list[float]:
     """Root mean square of each part of rows."""
     return [float(np.sqrt(np.mean(part**2))) for part in np.array_split(rows, _PARTS, axis=1)]
-
-
-def _pivoted(columns: Floats) -> tuple[Floats, Floats, Floats]:
-    from scipy import linalg
-
-    q, r, order = linalg.qr(columns, mode="economic", pivoting=True)
-    return np.asarray(q), np.asarray(r), np.asarray(order)
 
 
 def clipped(rows: Floats) -> int:

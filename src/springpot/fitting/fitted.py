@@ -200,7 +200,10 @@ def _fit(model: Any, data: Any, how: How) -> Fit:
     likelihood.ended = True
     # a function keeps its free numbers as its arguments, and the noise of a measurement is no number of the model
     in_model = {} if callable(model) else {name: named[name] for name in free_numbers(model)}
-    bic, aicc = _criteria(likelihood, best.deviance)
+    n, k = likelihood.size, len(own.free) + (not likelihood.known)
+    whole_deviance, spare = likelihood.whole(best.deviance), n - k - 1
+    bic = whole_deviance + k * math.log(n)
+    aicc = whole_deviance + 2.0 * k + (2.0 * k * (k + 1.0) / spare if spare > 0 else math.inf)
     return Fit(
         model=with_values(model, in_model) if in_model else model,
         given=model,
@@ -281,12 +284,3 @@ def _likelihood(model: Any, data: Any, how: How) -> Likelihood:
 def is_nonlinear(system: System) -> bool:
     """Whether a system has walls, contacts or nonlinear springs."""
     return bool(system.stops) or any(not part.is_linear for part in system.of(PolynomialSpring))
-
-
-def _criteria(likelihood: Likelihood, deviance: float) -> tuple[float, float]:
-    """BIC and corrected AIC."""
-    n, k = likelihood.size, len(likelihood.coordinates.free) + (not likelihood.known)
-    whole = likelihood.whole(deviance)
-    spare = n - k - 1
-    aicc = whole + 2.0 * k + (2.0 * k * (k + 1.0) / spare if spare > 0 else math.inf)
-    return whole + k * math.log(n), aicc

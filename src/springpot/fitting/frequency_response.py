@@ -87,7 +87,14 @@ class MeasuredFrequencyResponse(Measured):
 
     def __post_init__(self) -> None:
         frequency = frequencies(self.frequency_hz)
-        put(self, frequency_hz=frequency, response=_complex(self.response, frequency.size))
+        response = numbers_in_array(self.response, "response must be a list of complex numbers", complex)
+        if response.shape != frequency.shape:
+            raise ValueError(
+                f"response must have a number for each of the {frequency.size} points, not the shape {response.shape}."
+            )
+        wrong = ~((np.abs(response) > 0.0) & (np.abs(response) < LARGEST))
+        check_points(wrong, response, "response", "must be a finite number other than 0, not {:g}.")
+        put(self, frequency_hz=frequency, response=fixed(response))
         check_of(self.of, self.at)
         if not isinstance(self.on, str):
             raise TypeError(
@@ -148,13 +155,3 @@ class MeasuredFrequencyResponse(Measured):
     def size(self) -> int:
         """Of all numbers: a magnitude and a phase at each frequency."""
         return 2 * int(self.response.size)
-
-
-def _complex(values: object, length: int) -> Any:
-    found = numbers_in_array(values, "response must be a list of complex numbers", complex)
-    if found.shape != (length,):
-        raise ValueError(f"response must have a number for each of the {length} points, not the shape {found.shape}.")
-    size = np.abs(found)
-    wrong = ~((size > 0.0) & (size < LARGEST))
-    check_points(wrong, found, "response", "must be a finite number other than 0, not {:g}.")
-    return fixed(found)

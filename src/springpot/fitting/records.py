@@ -154,8 +154,13 @@ class RecordLikelihood(Likelihood):
             inside = np.clip(u, low, high)
             return misfit_at(inside) + 1e3 * float(np.sum(((u - inside) / (high - low)) ** 2))  # leads back inside
 
+        steps = _GRADIENT_STEP * np.eye(centre.size)
+
+        def gradient(w: Floats) -> Floats:
+            return np.array([(misfit(w + step) - misfit(w - step)) / (2.0 * _GRADIENT_STEP) for step in steps])
+
         found = minimize(
-            misfit, np.zeros(centre.size), jac=lambda w: _gradient(misfit, w), method="BFGS",
+            misfit, np.zeros(centre.size), jac=gradient, method="BFGS",
             options={"gtol": 2e-3, "maxiter": 60},
         )  # fmt: skip
         u = place(found.x)
@@ -276,12 +281,6 @@ def _check_length(system: System, data: MeasuredRecord) -> None:
     if duration * frequency < _PERIODS:
         raise ValueError(f"data must last at least {_PERIODS:g} periods of the model: its natural frequency is "
                          f"{frequency:.4g} Hz, the record lasts {duration:.4g} s.")  # fmt: skip
-
-
-def _gradient(function: Callable[[Floats], float], w: Floats) -> Floats:
-    """Central differences."""
-    steps = _GRADIENT_STEP * np.eye(w.size)
-    return np.array([(function(w + step) - function(w - step)) / (2.0 * _GRADIENT_STEP) for step in steps])
 
 
 def _hessian(function: Callable[[Floats], float], size: int) -> Floats:
