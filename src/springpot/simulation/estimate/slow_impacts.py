@@ -35,7 +35,6 @@ from springpot.machine.arrays import Floats
 from springpot.simulation.lowering.observers import Observer
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.struck import StruckWalls, missed_impacts
-from springpot.simulation.watch.counted_impacts import faster_than
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 
 if TYPE_CHECKING:
@@ -180,6 +179,8 @@ def _shares(distribution: Distribution) -> Floats:
 def counts_of_fast_impacts(simulation: Simulation) -> tuple[Observer, ...]:
     """For each of the walls that `Motion.completed` has: the impacts of each path that are not slower than the resolved
     speed, and those that are not slower than twice that speed."""
+    from springpot.simulation.watch.counted_impacts import faster_than  # brings Numba, and other runs need none of it
+
     step = simulation.settings.step
     return tuple(
         faster_than(times * walls.resolved_speed(step), before.removesuffix("_"))
