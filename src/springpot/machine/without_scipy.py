@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import ArrayLike
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
-from springpot.machine.arrays import Floats
+    from springpot.machine.arrays import Floats
 
 _FIRST = 10.0  # of zeta: of the terms that are not summed one by one
 _EVEN = (1 / 12, -1 / 720, 1 / 30240, -1 / 1209600, 1 / 47900160, -691 / 1307674368000)  # B_2k / (2 k)!
@@ -94,9 +94,11 @@ def zeta_beyond_one(excess: ArrayLike) -> Floats:
 
     Examples
     --------
-    >>> round(float(zeta_beyond_one(1.0)) * 6.0 / np.pi**2, 14)
+    >>> round(float(zeta_beyond_one(1.0)) * 6.0 / math.pi**2, 14)
     1.0
     """
+    import numpy as np  # the parts of a system, which the help of a command lists, need none of it
+
     e = np.asarray(excess, float)
     s = 1.0 + e
     correction, product = np.zeros_like(s), s * _FIRST ** (-s - 1.0)
