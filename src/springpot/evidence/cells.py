@@ -166,12 +166,12 @@ def _dissipator(unit: System) -> tuple[float, float]:
 
 def _noise(unit: System, omega: float) -> tuple[float, float]:
     """Intensity at Omega and correlation time of the one noise."""
-    white = sum(noise.intensity for noise in unit.of(WhiteNoise))
-    colored = unit.of(ColoredNoise)
+    white = sum(noise.white_intensity for noise in unit.excitations.values())
+    colored = [noise for noise in unit.excitations.values() if noise.noise == "filtered"]
     if len(colored) > 1 or (colored and white > 0.0):
         raise NotCoveredError(f"{_REACH}; here there are several noises.")
     if colored:
-        return 2.0 * math.pi * colored[0].density(omega), colored[0].correlation_time
+        return 2.0 * math.pi * colored[0].density(omega), colored[0].correlated_for
     if not white > 0.0:
         raise NotCoveredError(f"{_REACH}; here there is no noise.")
     return white, 0.0

@@ -132,7 +132,7 @@ class Dimensionless(Checked):
             natural_frequency=unit.natural_frequency,
             springpot=Springpot(order, float(coefficient)),
             barrier=next(iter(unit.walls.values()), None),
-            excitation=WhiteNoise(float(sum(noise.intensity for noise in unit.of(WhiteNoise)))),
+            excitation=WhiteNoise(float(sum(noise.white_intensity for noise in unit.excitations.values()))),
         )
 
     def to_dict(self) -> dict[str, Any]:

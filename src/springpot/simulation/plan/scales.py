@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, replace
 
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.parts import Barrier, Harmonic
+from springpot.problem.parts import Barrier
 from springpot.problem.system import System
 from springpot.theory.decay import decay_rate, mean_square_amplitude
 
@@ -23,11 +23,11 @@ def beat(system: System) -> float:
 
     Examples
     --------
-    >>> from springpot.problem.parts import WhiteNoise
+    >>> from springpot.problem.parts import Harmonic, WhiteNoise
     >>> beat(System(Harmonic(1.0, 2.0))), beat(System(WhiteNoise(1.0)))
     (2.0, 1.0)
     """
-    return 2.0 if any(force.amplitude for force in system.of(Harmonic)) else 1.0
+    return 2.0 if any(part.feeds and not part.noise for part in system.excitations.values()) else 1.0
 
 
 @dataclass(frozen=True)
