@@ -373,6 +373,11 @@ class System:
         """The noise of all that dissipates, if there is one."""
         return next(iter(self.of(ThermalNoise)), None)
 
+    @property
+    def temperature(self) -> float:
+        """kT of that noise, an energy in J; 0 without it."""
+        return self.thermal.temperature if self.thermal else 0.0
+
     @cached_property
     def masses(self) -> dict[str, Mass]:
         """The masses by name, that of each as a part."""

@@ -201,7 +201,7 @@ def intensity_along(
     0.75
     """
     at, parts, turned = system.coordinates, dict(system.named()), system.coordinates.accelerations(row)
-    temperature = system.thermal.temperature if system.thermal else 0.0
+    temperature = system.temperature
 
     def over(part: WhiteNoise | ParametricNoise) -> Any:
         return 1.0 if time is None else part.square_at(time)

@@ -400,7 +400,7 @@ def check_covered(system: System) -> _Problem:
     return _Problem(
         springs=coefficients[1::2] or (0.0,),
         pots=tuple(pots),
-        intensity=sum(part.white_intensity for part in unit.parts),
+        intensity=sum(noise.white_intensity for noise in unit.excitations.values()),
         side=walls[0].inwards if walls else 0.0,
         restitution=slow_restitution(walls[0]) if walls else 1.0,  # a number
     )

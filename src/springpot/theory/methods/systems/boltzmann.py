@@ -64,10 +64,10 @@ def check_points_covered(system: System) -> Floats | str:
     _COVERED.check(system)
     _COVERED.check_elastic(system)
     at = system.coordinates
-    elements, parts = system.elements, dict(system.named())
+    elements, thermal = system.elements, system.temperature
     damping = at.sum_of({name: part.dashpot for name, part in elements.items()})
-    white = sum((parts[name].white_intensity * np.outer(g, g) for name, g in at.forces.items()), 0.0 * damping)
-    thermal = system.thermal.temperature if system.thermal else 0.0
+    noises = system.excitations
+    white = sum((noises[name].white_intensity * np.outer(g, g) for name, g in at.forces.items()), 0.0 * damping)
     found = np.zeros(len(at.masses))
     joined = sum((np.outer(np.abs(row), np.abs(row)) for row in at.elongations.values()), np.abs(at.mass))
     for own in _groups(joined > 0.0):

@@ -78,12 +78,7 @@ class Problem:
     @cached_property
     def white(self) -> float:
         """The intensity of white noise on the mass, impulses too."""
-        return sum((part.white_intensity for part in self.unit.parts), 0.0)
-
-    @cached_property
-    def temperature(self) -> float:
-        """kT of matched noise; 0 without."""
-        return self.unit.thermal.temperature if self.unit.thermal else 0.0
+        return sum((noise.white_intensity for noise in self.unit.excitations.values()), 0.0)
 
     @cached_property
     def multiplied(self) -> float:
@@ -116,7 +111,7 @@ class Problem:
     @property
     def pots(self) -> tuple[Springpot, ...]:
         """The springpots that are not in series with a spring."""
-        return tuple(element for element in self.elements if isinstance(element, Springpot))
+        return tuple(pot for pot in self.unit.springpots.values() if pot.remembers)
 
     def electric(self, p: Any) -> Complexes:
         """The same of the circuits alone."""

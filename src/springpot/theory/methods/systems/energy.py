@@ -153,8 +153,8 @@ def check_law_covered(system: System) -> tuple[float, float] | str:
     """The coefficients of g, or why there is no stationary state; `NotCoveredError` for what is not covered."""
     unit = system.per_unit_mass
     _WHITE.check_elastic(unit)
-    intensity = sum(part.white_intensity for part in unit.parts)
-    return _thermal(unit, unit.thermal.temperature, intensity) if unit.thermal else _white(unit, intensity)
+    intensity = sum(noise.white_intensity for noise in unit.excitations.values())
+    return _thermal(unit, unit.temperature, intensity) if unit.thermal else _white(unit, intensity)
 
 
 def _thermal(unit: System, temperature: float, intensity: float) -> tuple[float, float]:

@@ -109,11 +109,11 @@ def _rates(problem: Problem, cycles: Cycles) -> _Rates:
         electric = 0.5 * cycles.sum_over(lambda n, w: w * problem.electric(1j * w).imag)
         action = action - 0.5 * math.pi * cycles.sum_over(lambda n, w: n * _slope(problem, w))
     kinetic = problem.damping * cycles.v_square + memory
-    spread = 2.0 * problem.temperature * kinetic
+    spread = 2.0 * problem.unit.temperature * kinetic
     spread = spread + problem.white * cycles.v_square
     spread = spread + problem.multiplied * cycles.xv_square
-    colored = [part for part in unit.parts if part.has_density and not part.is_white]
-    colored.sort(key=lambda noise: noise.filter_order)  # the last bit of a sum depends on its order
+    colored = [noise for noise in unit.excitations.values() if noise.has_density and not noise.is_white]
+    colored.sort(key=lambda noise: noise.filter_order or 0)  # the last bit of a sum depends on its order
     for density in (np.vectorize(noise.density, otypes=[float]) for noise in colored):
         spread = spread + math.pi * cycles.sum_over(lambda n, w, density=density: w * w * density(w))
     loss, struck = loss + memory, []
@@ -181,7 +181,7 @@ def _range(problem: Problem, ladder: Ladder) -> tuple[float, float, float] | str
 
 def _law(problem: Problem) -> _Law | str:
     """The stationary law, with the mean field that it makes itself where the two can be found together."""
-    if not problem.pots or problem.temperature > 0.0:  # matched noise balances the broadened lines too
+    if not problem.pots or problem.unit.temperature > 0.0:  # matched noise balances the broadened lines too
         return _law_in(problem)
     first, second = (_law_in, _law_in_its_field) if problem.walls == 2 else (_law_in_its_field, _law_in)
     try:
@@ -417,14 +417,14 @@ def check_system_covered(system: System) -> Problem | str:
     """What is solved, or why there is no stationary state; `NotCoveredError` for what is not covered."""
     unit = system.per_unit_mass
     _COVERED.check(unit)
-    if not any(part.excites for part in unit.parts):
+    if not any(noise.excites for noise in unit.excitations.values()):
         return "There is no random stationary state: nothing excites the motion."
     if not unit.potential.holds():
         return unheld(unit.elements.values(), "no spring or wall holds the mass on one side")
     problem = _problem(unit)
     if problem.remembers and not np.any(unit.potential.coefficients) and not unit.potential.contacts:
         raise NotCoveredError(f"{REACH}; with memory it needs a spring or a force to hold a small cycle in its place.")
-    if problem.temperature > 0.0 and not problem.remembers and not problem.damping > 0.0:
+    if problem.unit.temperature > 0.0 and not problem.remembers and not problem.damping > 0.0:
         raise NotCoveredError(
             "ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit."
         )
@@ -490,17 +490,18 @@ def _moments(system: System, problem: Problem, law: _Law) -> Moments:
     hits = hits_on_walls(problem, cycles, law.labels, law.weight, law.plane, rates.struck, rates.damped)
     spread, hits = with_sudden_losses(problem, cycles, law.weight, rates.struck, rates.damped, spread, hits)
     x_square = problem.origin * (problem.origin + 2.0 * spread.mean) + spread.x_square
-    harvests = problem.circuits and problem.temperature == 0.0
+    harvests = problem.circuits and problem.unit.temperature == 0.0
     power = law.average(rates.electric) * system.inertia if harvests else None
     return moments_of(system, [(problem.origin + spread.mean, x_square, spread.v_square)], (), hits, power)
 
 
 def _is_exact(problem: Problem) -> bool:
     """Whether the density depends on the energy alone: linear dampers, white noise and elastic walls."""
-    parts = problem.unit.parts
-    rough = any(part.is_rough for part in parts)
-    lossy = any(not wall.is_elastic for wall in problem.unit.walls.values())
-    other = any(not part.is_gaussian or (part.has_density and not part.is_white) for part in parts)
+    unit = problem.unit
+    rough = any(part.is_rough for part in unit.parts)
+    lossy = any(not wall.is_elastic for wall in unit.walls.values())
+    noises = unit.excitations.values()
+    other = any(not noise.is_gaussian or (noise.has_density and not noise.is_white) for noise in noises)
     return not (problem.remembers or rough or other or lossy)
 
 
@@ -512,8 +513,8 @@ def _warnings(problem: Problem, law: _Law) -> Iterator[str]:
         yield f"Damping is not light, as the envelope assumes: a cycle takes {taken:.2g} times the mean energy."
     yield from endless_walls(unit, lambda wall: is_endless(unit, wall))
     decay = law.average(rates.loss) / law.average(cycles.energy)
-    for name, part in unit.named():
-        if part.correlated_for * decay > _STRONG:
+    for name, noise in unit.excitations.items():
+        if noise.correlated_for * decay > _STRONG:
             yield f"{name} remembers longer than the energy does: its work is not that of a short correlation."
-        if 0.5 * part.impulses[1] > 0.1 * law.average(cycles.energy):
+        if 0.5 * noise.impulses[1] > 0.1 * law.average(cycles.energy):
             yield f"The impulses of {name} are so rare that the energy jumps: here they act as white noise."

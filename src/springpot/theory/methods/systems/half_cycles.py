@@ -189,7 +189,7 @@ def half_cycles(system: System) -> HalfCycles:
     law = None
     stationary: Moments | str
     warnings: tuple[str, ...] = ()
-    if not any(part.excites for part in unit.parts):
+    if not any(noise.excites for noise in unit.excitations.values()):
         stationary = "There is no random stationary state: nothing excites the motion."
     else:
         linear_part, scales = _motion_without_walls(unit)
@@ -247,7 +247,7 @@ def _motion_without_walls(unit: System) -> tuple[HardSpring, _Scales]:
     """
     coefficients = (*unit.potential.coefficients, *[0.0] * 4)
     stiffness, cubic = coefficients[1], coefficients[3]
-    q = float(sum(part.white_intensity for part in unit.parts))
+    q = float(sum(noise.white_intensity for noise in unit.excitations.values()))
     others = [part for part in unit.parts if "damping" in part.powers and not part.force_coefficients()]
     square: float = 0.0
     for _ in range(_ROUNDS):

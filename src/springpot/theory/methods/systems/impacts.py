@@ -174,7 +174,8 @@ def with_sudden_losses(
     """
     unit = problem.unit
     walls = tuple(unit.walls.values())
-    other = problem.temperature or problem.multiplied or any(part.correlated_for for part in unit.parts)
+    colored = any(noise.correlated_for for noise in unit.excitations.values())
+    other = colored or unit.temperature or problem.multiplied
     if len(unit.stops) != 1 or not walls or walls[0].is_elastic or other or is_smooth(unit):
         return spread, hits
     wall, speed = walls[0], np.nan_to_num(struck[0])
@@ -229,4 +230,4 @@ def is_endless(unit: System, wall: Barrier) -> bool:
 
 def is_smooth(unit: System) -> bool:
     """Whether the excitation has no jumps in the momentum."""
-    return unit.thermal is None and not any(part.white_intensity > 0.0 for part in unit.parts)
+    return unit.thermal is None and not any(noise.white_intensity > 0.0 for noise in unit.excitations.values())

@@ -407,7 +407,7 @@ class LinearResponse(Result):
         orders = items_of(orders, "orders must be a list of powers")
         for order in orders:
             finite_number(order, "order", low=0.0)
-        if rough := [name for name, part in self.system.named() if not part.is_gaussian]:
+        if rough := [name for name, noise in self.system.excitations.items() if not noise.is_gaussian]:
             raise NotCoveredError(f"Only Gaussian responses are covered, which that to {listed(rough)} is not.")
         spectrum, far = self._spectrum(of), _FAR * max(self.companion.scales)
         last, beyond = spectrum(np.array([far, 2.0 * far]))
@@ -700,8 +700,8 @@ def companion_of(system: System, *, over: bool = False, reach: str = _COVERED.re
         damping=at.sum_of({name: part.linear_damping for name, part in system.elements.items()}),
         elements=tuple(part for part in parts if part.has_modulus and not part.of_load),
         circuits=tuple(part for part in parts if part.of_load),
-        noises=tuple(part for part in parts if part.has_density),
-        temperature=system.thermal.temperature if system.thermal else 0.0,
+        noises=tuple(noise for noise in system.excitations.values() if noise.has_density),
+        temperature=system.temperature,
         harmonics=system.of(Harmonic),
         force=system.constant_force,
         parametric=system.of(ParametricNoise),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -176,7 +177,7 @@ def check_covered(system: System) -> _Problem:
     """What the method solves, where it is covered; otherwise `NotCoveredError`."""
     unit = system.per_unit_mass
     _COVERED.check(unit)
-    noises = [part for part in unit.parts if part.excites]
+    noises: list[Any] = [noise for noise in unit.excitations.values() if noise.excites]
     if len(noises) != 1:
         raise NotCoveredError(f"{REACH}; here there {'are several' if noises else 'is no colored noise'}.")
     return _Problem(
