@@ -24,6 +24,8 @@ _LOOSE = "stiffness must not be negative for any motion, and must hold each coor
 _NO_RESIDUE = 1e-9  # of the flexibility at a point: nothing to be added
 _LIGHT = 1e-12  # of the largest mass over stiffness, that of the lowest mode: no mass
 _FEW = 20  # masses beside three times the modes, below which all modes are found
+_MOST_SEARCHES = 16  # for equal frequencies: each finds one more of them at least
+_EQUAL = 1e-6  # squares of frequencies that are closer than so are equal
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +167,9 @@ def _of_dense(mass: Floats, stiffness: Floats, count: int, shift: float) -> tupl
 
 
 def _of_sparse(mass: Matrix, stiffness: Matrix, count: int, shift: float) -> tuple[Floats, Floats]:
-    """By Lanczos' method, which may miss one of equal frequencies: those below a border are counted (Sylvester).
+    """By Lanczos' method, which may miss some of equal frequencies.
+
+    Those below the last one are counted (Sylvester), and what is missing is looked for beside the modes that are known.
 
     Of few masses all modes are found, from the static flexibility at these.
     """
@@ -181,18 +185,27 @@ def _of_sparse(mass: Matrix, stiffness: Matrix, count: int, shift: float) -> tup
         found, ways = np.linalg.eigh(root.T @ columns[own] @ root)
         found, ways = found[: -count - 1 : -1], ways[:, : -count - 1 : -1]
         return 1.0 / found - shift, columns @ (root @ ways) / found
-    inverse = LinearOperator(mass.shape, matvec=solve, dtype=float)
     start = np.random.default_rng(1).normal(size=mass.shape[0])
-    for more in (2, 6, 14):
+    squares, shapes = np.zeros(0), np.zeros((mass.shape[0], 0))
+    for more in range(2, 2 + _MOST_SEARCHES):
+        weighted = mass @ shapes
+
+        def beside(force: Floats, shapes: Floats = shapes, weighted: Floats = weighted) -> Floats:
+            """What it displaces, without the modes that are known."""
+            moved = solve(force)
+            return np.asarray(moved - shapes @ (weighted.T @ moved))
+
         try:
-            squares, shapes = eigsh(stiffness, count + more, mass, -shift, v0=start, OPinv=inverse)
+            inverse = LinearOperator(mass.shape, matvec=beside, dtype=float)
+            new, new_shapes = eigsh(stiffness, count + more, mass, -shift, v0=start, OPinv=inverse)
         except ArpackNoConvergence:
             continue
+        squares, shapes = np.append(squares, new), np.hstack([shapes, new_shapes])
         order = np.argsort(squares)
         squares, shapes = squares[order], shapes[:, order]
-        last = count - 1 + int(np.diff(squares[count - 1 :]).argmax())
-        _, below = factor(stiffness - 0.5 * (squares[last] + squares[last + 1]) * mass)
-        if below == last + 1:
+        border = squares[count - 1] - _EQUAL * (squares[count - 1] + shift)
+        _, below = factor(stiffness - border * mass)
+        if below == np.count_nonzero(squares < border):
             return squares[:count], shapes[:, :count]
     raise ValueError(f"modes must be another number: the lowest {count} are not all found.")
 
