@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import random
+import sys
 import warnings
 from pathlib import Path
 from typing import Any
@@ -126,10 +127,22 @@ def test_an_op4_file_needs_an_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         sp.read_matrix(tmp_path / "own.op4")
 
 
+def test_an_op4_file_leaves_how_numpy_prints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its reader sets that for the whole process when it is imported."""
+    with np.printoptions():
+        op4 = pytest.importorskip("pyyeti.nastran.op4")
+    op4.write(str(tmp_path / "own.op4"), {"KAA": np.eye(2)})
+    for name in [each for each in sys.modules if each.startswith("pyyeti")]:
+        monkeypatch.delitem(sys.modules, name)
+    sp.read_matrix(tmp_path / "own.op4")
+    assert np.get_printoptions()["legacy"] is False
+
+
 @pytest.mark.parametrize("binary", [True, False])
 @pytest.mark.parametrize("layout", ["dense", "bigmat", "nonbigmat"])
 def test_op4(binary: bool, layout: str, tmp_path: Path) -> None:
-    op4 = pytest.importorskip("pyyeti.nastran.op4")
+    with np.printoptions():
+        op4 = pytest.importorskip("pyyeti.nastran.op4")
     place = tmp_path / "own.op4"
     op4.write(str(place), {"KAA": SYMMETRIC, "MAA": np.eye(7)}, binary=binary, sparse=layout)
     np.testing.assert_array_equal(sp.read_matrix(place, "kaa").toarray(), SYMMETRIC)

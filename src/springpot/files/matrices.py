@@ -155,7 +155,8 @@ def _op4(file: BinaryIO, title: str, name: str) -> csc_array:
     need("op4", "an OP4 file")
     from scipy.sparse import csc_array
 
-    with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
+    # pyyeti, imported, makes NumPy print as an old version did, in the whole process
+    with warnings.catch_warnings(), np.printoptions(), tempfile.TemporaryDirectory() as folder:
         warnings.simplefilter("ignore")
         from pyyeti.nastran import op4
 
