@@ -244,6 +244,7 @@ class Impact:
     speed: float
     momentum: float
     late: bool = False  # in the second half of the drift, after its observation
+    rests: bool = False  # the masses would not part, no faster than they are pressed: no impact for observers
 
 
 @dataclass
@@ -447,23 +448,25 @@ def walk(
             # a kick gives all of a step's impulse at once, half a step too soon or too late
             press = presses(name)
             can_rest = name in restful and press > 0.0
-            later = speed + (press - (side * flight**2 * wall.position)) * (end - left)  # the flight's own is in it
+            by_kicks = press - side * flight**2 * wall.position  # without what the circle of a flight pulls with
+            later = speed + by_kicks * (end - left)
             if can_rest:
-                true = speed if name in leant or name in resting else max(later, 0.0)
+                closing = speed if name in leant or name in resting else max(later, 0.0)
             else:
-                true = speed if flight or later <= 0.0 else later
-            r = sp.problem.parts.walls.restitution_at(wall, true)
-            most = max(most, true + r * true, speed)
-            if can_rest and r * true <= 0.5 * press * h:
-                come_to_rest(n, name, speed, true)
+                closing = speed if flight or later <= 0.0 else later
+            r = restitution_of(wall, closing)
+            most = max(most, closing + r * closing, speed)
+            if can_rest and r * closing <= 0.5 * press * h:
+                come_to_rest(n, name, speed, closing)
                 if flight:
                     x, v = x * 0.0 + wall.position, v * 0.0
                     bear(n, name, left)
                     return
                 continue
-            change = max(true + r * true, speed)
+            change = max(closing + r * closing, speed)
             v = v + side * change * row.jump
-            impacts.append(Impact(n, name, true, row.mass * change, late))
+            rests = not flight and closing + r * closing <= speed and closing <= press * h
+            impacts.append(Impact(n, name, closing, row.mass * change, late, rests))
             resting[:] = [one for one in resting if one != name and _rate(*by_name[one], v) <= ROUNDING * most]
             if flight and change == speed and _is_bent(wall):  # held by the spring until the end
                 resting.append(name)
@@ -592,6 +595,16 @@ def walk_as_printed(
         x = moved
         seen.append((x, v))
     return Path(*np.array(seen).T[..., None], impacts)
+
+
+def restitution_of(wall: sp.Barrier, speed: float) -> float:
+    """The share r of its speed with which a mass leaves: a number, the power law, or a function of the user."""
+    law: Any = wall.restitution
+    if isinstance(law, sp.PowerRestitution):
+        r = law.restitution * (speed / law.speed) ** -law.exponent if speed > 0.0 else 1.0
+    else:
+        r = law(speed) if callable(law) else law
+    return min(1.0, max(0.0, r))
 
 
 def _elastic(part: sp.Contact, u: float) -> float:

@@ -53,7 +53,7 @@ class Window:
 
     def impacts(self, path: Path, wall: str = "") -> list[Impact]:
         """Those on a wall, or on all."""
-        inside = [each for each in path.impacts if self.holds(each.step, each.late)]
+        inside = [each for each in path.impacts if self.holds(each.step, each.late) and not each.rests]
         return [each for each in inside if wall in ("", each.wall)]
 
 

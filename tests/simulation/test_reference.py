@@ -501,6 +501,21 @@ def test_observed_means_and_extremes() -> None:
         assert is_close([run.extremes[name][path] for name in largest], [*largest.values()])
 
 
+def test_what_noise_presses_on_a_wall_rests_on_it_for_observers() -> None:
+    """All that a wall takes is summed; an impact after which the mass would not part is none for observers."""
+    system = sp.System(
+        sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), sp.Spring(1.3, between=A), sp.Spring(0.7, between=AB),
+        sp.Barrier(-0.3, 0.3, between=A), sp.Constant(-10.0, on="a"), sp.WhiteNoise(0.5, on="a"),
+    )  # fmt: skip
+    both = Both(system, START, observers.Window(0, 400, 0.02), 400, {"slowest_counted_impact": 0.0}, turns=False)
+    run, window = both.run, both.window
+    speeds = [each.speed for path in both.paths for each in window.impacts(path)]
+    rests = sum(each.rests and window.holds(each.step, each.late) for path in both.paths for each in path.impacts)
+    assert min(len(speeds), rests) > 20
+    assert is_close(run["counted_impact_rate"].value, observers.counted(speeds, 0.0, window)[0] / PATHS)
+    assert is_close(run["barrier_impact_rate"].value, (len(speeds) + rests) / (PATHS * window.length))
+
+
 def test_observed_distributions() -> None:
     both = one_mass()
     scales, window = both.simulation.motion.scales, both.window

@@ -364,7 +364,8 @@ def simulate(
     impact_observables : dict
         Names and functions f(speed) of the speed just before an impact: each is summed over the impacts in the window
         and comes back per second.  The argument is called ``speed``, on any wall, or ``stop_impact_speed``, on that
-        one.
+        one.  Where noise keeps a mass pressed on a wall, its hops within a step are counted by ``impact_rate``, but are
+        no impacts here.
     distributions : bool
         Whether to estimate distributions of x, v, amplitude (sqrt(x^2 + v^2 / Omega^2)) and impact speed in the window,
         and the extremes of each path in it.  With several masses there are those of x and v of each, of the elongation
@@ -491,10 +492,10 @@ def simulate(
           ``..._first_passage_time``; all of them also over ``..._first_passage_level`` if there is a list.
 
         The error of a rate is a bound where no impact was seen: 1.96 of it are 3 / (paths x length of the window).
-        Impact rate and speeds, the quantiles of the impact speed and of the largest speed and the density of the impact
-        speed also have ``_step_bias``, a bound on what the step leaves.  With ``rtol`` the means have ``_step_bias``,
-        ``_memory_bias``, ``_transient`` and their total ``_error``.  The Dataset has the attributes ``system``,
-        ``settings``, ``diagnostics`` (JSON) and ``warnings``.
+        Impact rate and speeds, force and power of a wall, the quantiles of the impact speed and of the largest speed,
+        and the density of the impact speed also have ``_step_bias``, a bound on what the step leaves.  With ``rtol``
+        the means have ``_step_bias``, ``_memory_bias``, ``_transient`` and their total ``_error``.  The Dataset has the
+        attributes ``system``, ``settings``, ``diagnostics`` (JSON) and ``warnings``.
 
     Raises
     ------

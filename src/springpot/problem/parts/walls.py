@@ -235,7 +235,7 @@ class Barrier(Stop):
 
 
 def restitution_at(wall: Barrier, speed: float) -> float:
-    """The restitution of an impact at a speed in m/s.
+    """The restitution of an impact at a speed in m/s, cut off at 0 and 1 as that of the kernel.
 
     Raises
     ------
@@ -246,13 +246,15 @@ def restitution_at(wall: Barrier, speed: float) -> float:
     --------
     >>> restitution_at(Barrier(0.0, 0.8), 2.0), restitution_at(Barrier(0.0, PowerRestitution(0.5, 1.0)), 0.0)
     (0.8, 1.0)
+    >>> restitution_at(Barrier(0.0, lambda speed: 1.0 - 0.5 * speed), 4.0)
+    0.0
     """
     if not callable(wall.restitution):
         return wall.restitution
     value = float(wall.restitution(speed))
     if math.isnan(value):
         raise ValueError(f"restitution must be a number at every speed, but {wall.law()} is NaN at {speed:.6g} m/s.")
-    return value
+    return min(1.0, max(0.0, value))
 
 
 def slow_restitution(wall: Barrier) -> float:
@@ -263,7 +265,7 @@ def slow_restitution(wall: Barrier) -> float:
     >>> slow_restitution(Barrier(0.0, lambda speed: 1.0 - 0.1 * speed**0.2)) > 0.99
     True
     """
-    return min(1.0, max(0.0, restitution_at(wall, _SLOW)))
+    return restitution_at(wall, _SLOW)
 
 
 def restitution_of_missed(wall: Barrier, intensity: float, step: float) -> float:
@@ -274,7 +276,7 @@ def restitution_of_missed(wall: Barrier, intensity: float, step: float) -> float
     >>> round(restitution_of_missed(Barrier(0.0, PowerRestitution(0.5, speed=0.1)), 1.0, 0.01), 12)
     0.5
     """
-    return min(1.0, max(0.0, restitution_at(wall, math.sqrt(intensity * step))))
+    return restitution_at(wall, math.sqrt(intensity * step))
 
 
 def _check_law(law: RestitutionLaw) -> None:

@@ -1,8 +1,12 @@
 """Step biases of a run without ``rtol`` that can be larger than its standard errors.
 
 Compared with exact solutions at order 1, and with 1/16 of the step at other orders, energies, mean and quantiles of x
-and v have no bias at the default step that 20,000 paths would show.  Impact rate and speeds on a lossy wall have one
-(see :mod:`springpot.simulation.estimate.slow_impacts`), and so has the largest speed of a path.
+and v have no bias at the default step that 20,000 paths would show, but for mean square velocities where dampers take
+much of a kick within its step.  Impact rate and speeds on a lossy wall have one (see
+:mod:`springpot.simulation.estimate.slow_impacts`), and so have its force and power and the largest speed of a path.
+
+These are bounds of what the step leaves.  What chance leaves, the standard error, is the scatter of the values of the
+paths, over the root of their number (:mod:`springpot.simulation.paths.statistics`).
 """
 
 from __future__ import annotations
@@ -56,7 +60,8 @@ def step_biases(
     Returns
     -------
     dict
-        Numbers for ``impact_rate`` and the impact speeds; arrays for ``impact_speed_quantile``, ``v_largest_quantile``
+        Numbers for ``impact_rate``, the impact speeds, the mean force and the power of each wall, and for mean squares
+        of velocities where dampers take much of a kick; arrays for ``impact_speed_quantile``, ``v_largest_quantile``
         and ``impact_speed_density`` (over the bins of `Distribution.density`); of several masses those of each wall and
         each mass, as ``gap_impact_speed_quantile`` and ``box_v_largest_quantile``.
     """
@@ -87,7 +92,7 @@ def missed_in(
 
 
 def impact_biases(motion: Motion, step: float, values: dict[str, float]) -> dict[str, float]:
-    """Bounds on the step bias of impact rate and speeds: of the wall where they are largest.
+    """Bounds on the step bias of impact rate and speeds, of the wall where they are largest, and of forces and powers.
 
     A law of restitution counts with its value at the speeds that the step resolves.
     """

@@ -70,7 +70,7 @@ def restitutions(wall: Barrier, speed: Floats) -> Floats:
     """The restitution of impacts with these speeds, from 0 to 1."""
     if not callable(wall.restitution):
         return np.full_like(speed, wall.restitution)
-    return np.array([min(max(restitution_at(wall, v), 0.0), 1.0) for v in speed.tolist()])
+    return np.array([restitution_at(wall, v) for v in speed.tolist()])
 
 
 def endless_walls(system: System, endless: Callable[[Barrier], bool]) -> Iterator[str]:
