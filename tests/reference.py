@@ -261,14 +261,14 @@ class Touch:
 
 @dataclass
 class Kick:
-    """What observers are told of a kick, along each row and of all sources that are smooth."""
+    """What observers are told of a kick, along each row and of all sources but white noise and impulses."""
 
     elongation: dict[tuple[float, ...], float]
     rate: dict[tuple[float, ...], float]  # mean of those before and after it
     pull: dict[tuple[float, ...], float]  # force of dashpots and memory
     yielding: dict[str, float]  # forces of the parts that yield
-    given: dict[str, float]  # impulses of the sources
-    work: float  # of these
+    given: dict[str, float]  # impulses of these sources
+    work: float
 
 
 @dataclass

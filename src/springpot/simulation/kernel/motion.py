@@ -89,7 +89,11 @@ _of_a_damper = stack_array(NUMBERS_OF_DAMPER)
 
 
 class Lanes(NamedTuple):
-    """Arrays of the block, LANES numbers of each thing; in the precision of the sweep but for the last ones."""
+    """Arrays of the block, LANES numbers of each thing; in the precision of the sweep but for the last ones.
+
+    Beside them functions take K, the table of integers, F and D, those of numbers in the precision of the sweep and in
+    double, and ``o``, the first lane of a vector.  F begins with the numbers of that lane, D with those of lane 0.
+    """
 
     x0: Any  # of coordinates: displacement at the beginning of the group
     moved: Any  # since then
@@ -112,10 +116,10 @@ class Lanes(NamedTuple):
     g: Any  # GROUP normals of each noise
     given: Any  # GROUP impulses of each source
     state: Any  # of sources, of what yields, and of rows at rest
-    fx: Any  # of coordinates and rows in flight
+    fx: Any  # of coordinates and rows in flight; of one that turns and rests, before it what kicks change of v
     fu: Any
     touched: Any  # of contacts: the elongation when it was last looked at
-    terms: Any  # sums of the group, as in a row of results
+    terms: Any  # sums of some groups, as in a row of results
     now_x: Any  # double: at the beginning of the group
     now_v: Any
     sums: Any

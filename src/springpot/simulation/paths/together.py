@@ -62,7 +62,8 @@ def advance_devices(simulations: Sequence[Simulation], progress: Progress | None
     elif not (is_shared := alike([each.parts.tables for each in simulations])):
         raise ValueError(
             f"paths must be {LANES} or a multiple of it, not {paths}: the devices differ in a rate of their memory, in "
-            "an exponent, or in which parts act, so that they cannot share blocks of paths."
+            "an exponent, in a function, such as a law of restitution, or in which parts act, so that they cannot "
+            "share blocks of paths."
         )
     room = np.empty((len(simulations), paths, len(one.parts.columns)))
     steps, blocks = max(LANES // paths, 1), len(simulations) * paths // LANES
