@@ -76,7 +76,7 @@ def about_walls(
 
     Examples
     --------
-    >>> from springpot.problem.parts import Spring
+    >>> from springpot.problem.parts import Barrier, Spring
     >>> about_walls(System(Spring(1.0), Barrier(-400.0)), 0.0, 0.25, 0.25, {"barrier": 0.0})["barrier"][:60]
     'barrier at -400 m is 800 standard deviations of x away from '
     """

@@ -270,7 +270,7 @@ class Motion:
         Examples
         --------
         >>> from springpot.simulation.plan.motions import motion_of
-        >>> from springpot.problem.parts import Spring
+        >>> from springpot.problem.parts import Spring, WhiteNoise
         >>> motion_of(System(Spring(1.0), WhiteNoise(1.0))).seen_by_name("spring_force", "forces").names
         {'x': 'spring_force'}
         """
@@ -644,7 +644,7 @@ class Motion:
 
         Examples
         --------
-        >>> from springpot.problem.parts import Spring
+        >>> from springpot.problem.parts import Barrier, Dashpot, Spring, WhiteNoise
         >>> from springpot.simulation.plan.motions import motion_of
         >>> motion_of(System(Spring(4.0), Dashpot(0.1), Barrier(0.5, 0.8, "above"), WhiteNoise(2.0))).struck_alone
         {'barrier': StruckWalls(restitution=0.8, intensity=2.0, press=2.0)}
@@ -764,7 +764,7 @@ class Motion:
         Examples
         --------
         >>> from springpot.simulation.plan.motions import motion_of
-        >>> from springpot.problem.parts import Spring
+        >>> from springpot.problem.parts import Barrier, ColoredNoise, Spring, Springpot
         >>> smooth = System(Spring(1.0), Springpot(0.5, 1.0), Barrier(0.0, 0.8), ColoredNoise(1.0, 0.5))
         >>> motion_of(smooth).uncountable[:41]
         'barrier is lossy, and no white noise driv'
