@@ -49,7 +49,7 @@ KINDS_OF_FORCES = (
     sp.Friction, sp.VanDerPol, sp.ColoredNoise, sp.CloughPenzienNoise, sp.RecordedExcitation, sp.SpectralExcitation,
     sp.BoucWen, sp.Jenkins,
 )  # fmt: skip
-FEWER = System(*(part for part in ONE_OF_EACH if not isinstance(part, KINDS_OF_FORCES)))  # a kernel holds eight forces
+FEWER = System(*(part for part in ONE_OF_EACH if not isinstance(part, KINDS_OF_FORCES)))  # a kernel holds twelve forces
 OTHERS = System(*(part for part in ONE_OF_EACH if isinstance(part, (sp.Mass, sp.Spring, *KINDS_OF_FORCES))))
 SOFT = System(sp.Spring(1.0), sp.Contact(-1.0, 5.0), sp.Contact(1.0, 5.0, free_side="below"),
               yielding=sp.Barrier(-2.0, sp.PowerRestitution(0.7, 0.1)))  # fmt: skip
