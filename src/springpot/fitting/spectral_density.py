@@ -86,7 +86,7 @@ def response(system: System, of: str, *, at: str | None = None, sampled: bool = 
         raise NotCoveredError(
             f"the acceleration under {rough[0]} on the mass has no finite variance, so it has no samples."
         )
-    temperature = system.thermal.temperature if system.thermal else 0.0
+    temperature = system.temperature
 
     def density(frequency: Floats) -> Floats:
         w = 2.0 * np.pi * np.asarray(frequency, float).ravel()

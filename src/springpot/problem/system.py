@@ -313,60 +313,63 @@ class System:
         """The name of one of its parts."""
         return next(name for name, own in (*self.named(), *self.stated()) if own is part)
 
+    def _by_name(self, kind: type[Kind]) -> dict[str, Kind]:
+        return {name: part for name, part in self.named() if isinstance(part, kind)}
+
     @cached_property
     def elements(self) -> dict[str, Element]:
         """Its parts with two ends by name, in the order given."""
-        return {name: part for name, part in self.named() if isinstance(part, Element)}
+        return self._by_name(Element)
 
     @cached_property
     def stops(self) -> dict[str, Stop]:
         """Its walls and contacts by name, in the order given."""
-        return {name: part for name, part in self.named() if isinstance(part, Stop)}
+        return self._by_name(Stop)
 
     @cached_property
     def walls(self) -> dict[str, Barrier]:
         """Its rigid walls by name."""
-        return {name: part for name, part in self.named() if isinstance(part, Barrier)}
+        return self._by_name(Barrier)
 
     @cached_property
     def contacts(self) -> dict[str, Contact]:
         """Its soft contacts by name."""
-        return {name: part for name, part in self.named() if isinstance(part, Contact)}
+        return self._by_name(Contact)
 
     @cached_property
     def springpots(self) -> dict[str, Springpot]:
         """By name, of any order; not those in series with a spring."""
-        return {name: part for name, part in self.named() if isinstance(part, Springpot)}
+        return self._by_name(Springpot)
 
     @cached_property
     def excitations(self) -> dict[str, Excitation]:
         """By name, in the order given."""
-        return {name: part for name, part in self.named() if isinstance(part, Excitation)}
+        return self._by_name(Excitation)
 
     @cached_property
     def constants(self) -> dict[str, Constant]:
         """Its constant forces by name."""
-        return {name: part for name, part in self.named() if isinstance(part, Constant)}
+        return self._by_name(Constant)
 
     @cached_property
     def records(self) -> dict[str, RecordedExcitation]:
         """Its recorded excitations by name."""
-        return {name: part for name, part in self.named() if isinstance(part, RecordedExcitation)}
+        return self._by_name(RecordedExcitation)
 
     @cached_property
     def densities(self) -> dict[str, SpectralExcitation]:
         """Its noises of a given spectral density, by name."""
-        return {name: part for name, part in self.named() if isinstance(part, SpectralExcitation)}
+        return self._by_name(SpectralExcitation)
 
     @cached_property
     def circuits(self) -> dict[str, Circuit]:
         """By name, in the order given."""
-        return {name: part for name, part in self.named() if isinstance(part, Circuit)}
+        return self._by_name(Circuit)
 
     @cached_property
     def multiplied(self) -> dict[str, ParametricNoise]:
         """Its noises that multiply elongations, by name."""
-        return {name: part for name, part in self.named() if isinstance(part, ParametricNoise)}
+        return self._by_name(ParametricNoise)
 
     @cached_property
     def thermal(self) -> ThermalNoise | None:
@@ -381,12 +384,12 @@ class System:
     @cached_property
     def masses(self) -> dict[str, Mass]:
         """The masses by name, that of each as a part."""
-        return {name: part for name, part in self.named() if isinstance(part, Mass)}
+        return self._by_name(Mass)
 
     @cached_property
     def combined(self) -> dict[str, Point]:
         """The points that move as masses do together, by name, that of each as a part."""
-        return {name: part for name, part in self.named() if isinstance(part, Point)}
+        return self._by_name(Point)
 
     @property
     def counts(self) -> dict[str, int]:
