@@ -14,7 +14,6 @@ from benchmarks.measure import LIMIT, Row, best_cpu, cpu_by_turns
 from benchmarks.plain import COMPILED, MODES, STEP, plain_of
 from springpot import Oscillator, System
 from springpot.simulation.kernel import tables
-from springpot.simulation.kernel.calling import pointer_like
 from springpot.simulation.kernel.lanes import GROUP, LANES, WIDTH, f32, stack_array, u32
 from springpot.simulation.kernel.motion import NUMBERS_OF_MODE, remember
 from springpot.simulation.kernel.native import key_words
@@ -22,6 +21,7 @@ from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.random import draw, lane_numbers, number_lanes
 from springpot.simulation.kernel.reading import fixed
 from springpot.simulation.kernel.tables import Tables
+from springpot.simulation.kernel.vectors import pointer_like
 from springpot.simulation.lowering import compose
 from springpot.simulation.paths.simulation import addresses_of, simulation_of
 from springpot.simulation.plan.plan import plan_of

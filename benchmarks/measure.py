@@ -16,7 +16,7 @@ from llvmlite.binding import get_host_cpu_name
 from numba.core.config import CPU_NAME
 
 from springpot.machine.crew import threads_available
-from springpot.machine.versions import versions
+from springpot.machine.installed import versions
 
 __all__ = [
     "LIMIT",

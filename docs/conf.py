@@ -12,7 +12,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
 
-from springpot.machine.versions import __version__
+from springpot.machine.installed import __version__
 
 project = "springpot"
 author = "The springpot developers"

@@ -10,8 +10,8 @@ from pathlib import Path
 from cyclopts import App
 
 from springpot.cli import app
-from springpot.machine.extras import MissingExtraError
 from springpot.machine.faults import FileError, NoFitError, NotCoveredError, Stopped
+from springpot.machine.installed import MissingExtraError
 from springpot.machine.trusted import CacheWarning
 from springpot.problem import messages
 from springpot.problem.catalogue import CATALOGUE, Quantity
@@ -122,7 +122,7 @@ ERRORS = {
     "springpot.studies.StoreError": (
         StoreError, "Do what the sentence says: another folder, or the study to which the store belongs."
     ),
-    "springpot.machine.extras.MissingExtraError": (
+    "springpot.machine.installed.MissingExtraError": (
         MissingExtraError, "Run the command in the message; `all` in place of the extra's name adds everything."
     ),
     "springpot.machine.faults.Stopped": (Stopped, "Nothing: a fit was ended by `stop=` before it had a result."),

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from springpot.machine.extras import EXTRAS
+from springpot.machine.installed import EXTRAS
 from springpot.simulation.kernel.make_objects import SHIPPED
 from springpot.simulation.kernel.native import ENTRIES
 from springpot.simulation.kernel.targets import TARGETS
@@ -175,7 +175,7 @@ def test_each_extra_installs_what_it_is_said_to_bring() -> None:
 WITHOUT_EXTRAS = """
 import sys
 from importlib.machinery import PathFinder
-from springpot.machine.extras import EXTRAS, MissingExtraError
+from springpot.machine.installed import EXTRAS, MissingExtraError
 class Core(PathFinder):
     @classmethod
     def find_spec(cls, name, path=None, target=None):

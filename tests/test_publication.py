@@ -8,7 +8,7 @@ from pathlib import Path
 
 import springpot
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP
-from springpot.machine import versions
+from springpot.machine import installed
 from springpot.memory import exponential_sum
 from springpot.paper.errata import ERRATA
 from springpot.theory.mckean import COLLAPSE_BELOW
@@ -24,10 +24,10 @@ def entries(place: str) -> dict[str, str]:
 
 
 def test_the_version_is_the_same_everywhere() -> None:
-    """It stands in `machine/versions.py`, from which the package is built; these places repeat it."""
+    """It stands in `machine/installed.py`, from which the package is built; these places repeat it."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     assert project["project"]["dynamic"] == ["version"]
-    assert Path(versions.__file__).samefile(ROOT / project["tool"]["hatch"]["version"]["path"])
+    assert Path(installed.__file__).samefile(ROOT / project["tool"]["hatch"]["version"]["path"])
     version = springpot.__version__
     changes = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.M)
     assert changes[0] == "Unreleased"

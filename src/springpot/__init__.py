@@ -118,7 +118,7 @@ _LATER = {
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from springpot.machine.versions import __version__
+        from springpot.machine.installed import __version__
 
         return __version__
     import importlib

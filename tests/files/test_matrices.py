@@ -15,8 +15,8 @@ from scipy import sparse
 from scipy.io import mmread, mmwrite
 
 import springpot as sp
-from springpot.machine.extras import MissingExtraError
 from springpot.machine.faults import FileError
+from springpot.machine.installed import MissingExtraError
 from tests.files.test_fuzzed import damaged
 from tests.sizes import validation
 
@@ -122,7 +122,7 @@ def test_damaged_files(form: Any, seeds: range, tmp_path: Path) -> None:
 
 def test_an_op4_file_needs_an_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "own.op4").write_text("       2       2       6       2KAA     1P,3E23.16\n", encoding="utf-8")
-    monkeypatch.setattr("springpot.machine.extras.find_spec", lambda _: None)
+    monkeypatch.setattr("springpot.machine.installed.find_spec", lambda _: None)
     with pytest.raises(MissingExtraError, match=r'an OP4 file needs pyyeti, .* "springpot\[op4\]"'):
         sp.read_matrix(tmp_path / "own.op4")
 

@@ -15,9 +15,9 @@ from scipy.integrate import solve_ivp
 
 import springpot as sp
 from springpot.simulation.lowering.filters import filtered
-from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.modulated import Modulation, law_of
 from springpot.simulation.lowering.sources import Filter
+from springpot.simulation.plan.scales import Units
 from tests.kernels import PAIR
 
 ENVELOPE = sp.ExponentialEnvelope(slow=0.2, fast=0.6)

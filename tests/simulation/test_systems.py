@@ -16,13 +16,13 @@ from springpot.simulation.error.budget import orders_of_step
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.parts import lower
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.guess import dissipated
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.plan.scales import Units
 from tests.sizes import validation
 
 from .problems import assert_agrees, values_of

@@ -17,7 +17,7 @@ from springpot.theory.methods.memory_closure.memory import folded_spectrum, make
 from springpot.theory.methods.memory_closure.method import MemoryClosure, memory_closure
 from springpot.theory.methods.memory_closure.quadrature import half_normal_rule, oscillating_weights
 from springpot.theory.methods.memory_closure.steps import solve_with_wall
-from springpot.theory.numerics.anderson import Anderson
+from springpot.theory.numerics.equations import Anderson
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.result import MOMENTS, NoConvergenceError, NoStationaryStateError
 from tests.sizes import thinned, validation

@@ -21,8 +21,8 @@ from springpot.cli.flags import in_flags
 from springpot.cli.messages import of_the_system, one_sentence, usage
 from springpot.cli.terminal import warnings_as_sentences
 from springpot.machine.bar import say
-from springpot.machine.extras import MissingExtraError
 from springpot.machine.faults import FileError
+from springpot.machine.installed import MissingExtraError
 
 __all__ = ["main"]
 

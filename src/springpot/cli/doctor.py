@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from springpot.machine.crew import control_group_quota, threads_available
-from springpot.machine.extras import EXTRAS
+from springpot.machine.installed import EXTRAS, versions
 from springpot.machine.trusted import UntrustedFolderError, make_folder
-from springpot.machine.versions import versions
 from springpot.problem.basquin import Basquin
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Barrier, Mass, Spring, Springpot, WhiteNoise

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import CoercionError, Parameter, Token
 
 from springpot.machine.bar import say
-from springpot.machine.extras import need
 from springpot.machine.faults import per_cent, with_error
+from springpot.machine.installed import need
 from springpot.machine.plain import plain
 from springpot.machine.trusted import CacheWarning
 from springpot.problem.messages import FileWarning

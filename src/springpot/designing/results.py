@@ -12,8 +12,8 @@ import numpy as np
 from springpot.designing.search import CLOSE, Found
 from springpot.designing.statement import Cost, Limit, quantile_in
 from springpot.machine.arrays import Floats
-from springpot.machine.extras import need
 from springpot.machine.faults import known_word, listed, name_results, per_cent
+from springpot.machine.installed import need
 from springpot.machine.plain import plain
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.system import System

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from springpot.designing.quantities import MONTE_CARLO
-from springpot.machine.extras import need
 from springpot.machine.faults import name_results
+from springpot.machine.installed import need
 from springpot.machine.plain import plain
 from springpot.problem.system import System
 from springpot.simulation.plan.settings import Settings

@@ -20,8 +20,8 @@ from pathlib import Path
 from springpot.evidence.cells import Cell, PaperCell, system_of
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, Map, exists, moment_of
 from springpot.machine.files import write_table
+from springpot.machine.installed import __version__
 from springpot.machine.record import Record, digest, writing
-from springpot.machine.versions import __version__
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.options import own_seed
 from springpot.theory.solve import solve_one

@@ -4,6 +4,6 @@
 defines the messages of a tab; `gathering`, `motion` and `answers` compute the numbers.
 """
 
-from springpot.machine.extras import need
+from springpot.machine.installed import need
 
 need("page", "the page in the browser")

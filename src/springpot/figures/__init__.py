@@ -25,7 +25,7 @@ from springpot.figures.style import COLORS, METHOD_LINES, bars, new_figure, new_
 from springpot.figures.sweeps import plot_against
 from springpot.figures.transients import plot_over_time, plot_survival, plot_transient
 from springpot.figures.validity import plot_gaps, plot_gaps_of_methods, plot_system_gaps, plot_system_gaps_of_methods
-from springpot.machine.extras import need
+from springpot.machine.installed import need
 
 need("plots", "a picture")
 

@@ -16,9 +16,9 @@ from springpot.files.table import MOST_NUMBERS
 from springpot.files.text import Line, Row, lines_of, numbers_of
 from springpot.machine.arguments import checked_path, text
 from springpot.machine.arrays import Floats
-from springpot.machine.extras import need
 from springpot.machine.faults import FileError, known_word, listed, shown
 from springpot.machine.files import open_bytes
+from springpot.machine.installed import need
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

@@ -14,8 +14,8 @@ import numpy as np
 
 from springpot.files.table import MOST_NUMBERS, Column, Stated, Table
 from springpot.files.units import UNITS, heading_of, spelled
-from springpot.machine.extras import need
 from springpot.machine.faults import FileError, listed, shown
+from springpot.machine.installed import need
 
 _BEGIN = re.compile(rb"\s*-1[ \t]*\r?\n\s*\d+[bB]?\b")
 _TIME, _SPECTRUM, _RESPONSES, _DENSITY = 1, 2, (4, 5), 9

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from springpot.fitting.driven_paths import driven_model
 from springpot.fitting.likelihood import Coordinates, LeastSquares, Table, inverse
 from springpot.fitting.motion_data import MeasuredRecord
-from springpot.fitting.noise_filter import coloured_square, filtered, lags_of
+from springpot.fitting.sensor_noise import clipped, coloured_square, filtered, lags_of, noise_probability
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NoFitError, Stopped, listed
 from springpot.problem.system import System
@@ -455,19 +455,8 @@ class DrivenLikelihood(LeastSquares):
         return found
 
     def _of_noise(self, theta: Floats, moving: int) -> float:
-        """The probability of what is left, if it is noise, by a score test."""
-        from scipy import linalg, stats
-
-        residual, slopes = self.residuals(theta), self.sensitivity(theta)
-        variance = float(residual @ residual) / max(residual.size - moving, 1)
-        extra = self._beyond(theta)
-        basis, _ = np.linalg.qr(slopes / np.maximum(np.sqrt((slopes**2).sum(axis=0)), 1e-300))
-        extra = extra - basis @ (basis.T @ extra)
-        size = np.sqrt((extra**2).sum(axis=0))
-        q, r, _ = linalg.qr(extra[:, size > 0.0] / size[size > 0.0], mode="economic", pivoting=True)
-        rank = int((np.abs(np.diag(r)) > 1e-6).sum())
-        score = float(np.sum((q[:, :rank].T @ residual) ** 2)) / variance
-        return float(stats.chi2.sf(score, max(rank, 1)))
+        """The probability of what is left, if it is noise."""
+        return noise_probability(self.residuals(theta), self.sensitivity(theta), self._beyond(theta), moving)
 
     def _beyond(self, theta: Floats) -> Floats:
         """What a better model might have: powers and products of the motion, and the input earlier and later."""
@@ -559,22 +548,3 @@ class DrivenLikelihood(LeastSquares):
 def _by_parts(rows: Floats) -> list[float]:
     """Root mean square of each part of rows."""
     return [float(np.sqrt(np.mean(part**2))) for part in np.array_split(rows, _PARTS, axis=1)]
-
-
-def clipped(rows: Floats) -> int:
-    """How many samples stand in a row at the largest or least value of all, three or more each time.
-
-    Examples
-    --------
-    >>> clipped(np.array([[0.0, 1.0, 1.0, 1.0, 0.5, -1.0]]))
-    3
-    """
-    count = 0
-    for extreme in (rows.max(), rows.min()):
-        at = (rows == extreme).astype(int)
-        run = np.zeros_like(at)
-        run[:, 2:] = at[:, 2:] * at[:, 1:-1] * at[:, :-2]
-        for _ in range(2):
-            run[:, :-1] |= run[:, 1:]
-        count += int(run.sum())
-    return count

@@ -16,8 +16,8 @@ from springpot.fitting.likelihood import Likelihood, Table
 from springpot.fitting.posterior import log_likelihood, log_prior, numbers_in, start_ensemble
 from springpot.machine.arguments import Free, Uncertain, finite_number
 from springpot.machine.arrays import Floats
-from springpot.machine.extras import need
 from springpot.machine.faults import NotCoveredError, known_word, listed, name_results, shown
+from springpot.machine.installed import need
 from springpot.machine.plain import plain
 from springpot.problem.numbers import numbers_of
 from springpot.problem.system import system_of

@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 from scipy import special
 
+from springpot.machine.installed import __version__
 from springpot.machine.record import Record, digest
-from springpot.machine.versions import __version__
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Springpot, WhiteNoise
 from springpot.problem.system import System

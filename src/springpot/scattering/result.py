@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from springpot.machine.arrays import Floats
-from springpot.machine.extras import need
 from springpot.machine.faults import with_error
+from springpot.machine.installed import need
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.system import System
 from springpot.scattering.estimates import BELOW, Estimates, Interval

@@ -19,8 +19,8 @@ import numpy.typing as npt
 from springpot.machine.arguments import check_called
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, listed, meant
+from springpot.machine.installed import versions
 from springpot.machine.progress import Clock, Estimate, FractionDone
-from springpot.machine.versions import versions
 from springpot.problem.basquin import Basquin
 from springpot.problem.felt import about_shocks, squares_felt
 from springpot.problem.messages import Message, say

@@ -12,8 +12,8 @@ from scipy.special import betaincinv
 
 from springpot.machine.arguments import finite_numbers
 from springpot.machine.arrays import Floats
-from springpot.machine.extras import need
 from springpot.machine.faults import name_results
+from springpot.machine.installed import need
 from springpot.machine.plain import plain
 from springpot.scattering.estimates import Interval
 from springpot.spectra.lognormal import Fit

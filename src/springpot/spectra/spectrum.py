@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from springpot.machine.arrays import Floats
-from springpot.machine.extras import need
 from springpot.machine.faults import name_results
+from springpot.machine.installed import need
 from springpot.machine.plain import plain
 from springpot.problem.system import System
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from springpot.machine.extras import need
+from springpot.machine.installed import need
 
 if TYPE_CHECKING:
     from springpot.studies.question import Study, read_study

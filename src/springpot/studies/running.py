@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING, Any
 
 from springpot.machine.arguments import check_called, checked_path
 from springpot.machine.crew import threads_available, work_together
-from springpot.machine.extras import need
 from springpot.machine.faults import Stopped, shown
+from springpot.machine.installed import need
 from springpot.machine.interrupt import sigterm_as_ctrl_c
 from springpot.machine.platforms import without_ctrl_c
 from springpot.studies.dataset import to_xarray

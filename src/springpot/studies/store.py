@@ -27,9 +27,9 @@ from typing import Any
 from springpot.machine.arguments import checked_path
 from springpot.machine.faults import FileError
 from springpot.machine.files import Damaged, partial_name, read_file, remove_orphans, shell_word, write
+from springpot.machine.installed import __version__, versions
 from springpot.machine.platforms import patiently
 from springpot.machine.record import ENDING, Record, line_of, parts_of, writing
-from springpot.machine.versions import __version__, versions
 from springpot.studies.question import Study, read_study
 from springpot.studies.tables import SIMULATED
 from springpot.studies.tasks import Answer, Task, tasks

@@ -19,10 +19,10 @@ from numba import njit
 
 from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.cache import cached
-from springpot.simulation.kernel.calling import doubles, integers, pointer_like, words
 from springpot.simulation.kernel.lanes import ENTRY, GROUP, LANES, LINKED, u32, yes
 from springpot.simulation.kernel.random import philox
 from springpot.simulation.kernel.tables import MODES, POINTS, ROWS
+from springpot.simulation.kernel.vectors import doubles, integers, pointer_like, words
 
 Numbers = npt.NDArray[np.int64]
 

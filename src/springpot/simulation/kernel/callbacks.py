@@ -21,13 +21,13 @@ from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
 from springpot.machine.faults import cause_of
 from springpot.simulation.kernel import kept
-from springpot.simulation.kernel.calling import FORCE, SHARE
 from springpot.simulation.kernel.compiling import LEVEL, alone, object_of
 from springpot.simulation.kernel.fingerprint import fingerprint
 from springpot.simulation.kernel.kept import Code, MissingSymbolError, loaded, needed
 from springpot.simulation.kernel.lanes import OF_USER, QUICK
 from springpot.simulation.kernel.native import compiler
 from springpot.simulation.kernel.targets import target_to_run
+from springpot.simulation.kernel.vectors import FORCE, SHARE
 
 _MOST = 256  # that stay in memory when nobody uses them
 _IN_C = """

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from numba import njit
 
-from springpot.simulation.kernel.calling import doubles
 from springpot.simulation.kernel.contacts import pressed
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED
-from springpot.simulation.kernel.vectors import double, filled, load, store
+from springpot.simulation.kernel.vectors import double, doubles, filled, load, store
 from springpot.simulation.kernel.watching import (
     FEELS,
     FELT,

@@ -13,7 +13,6 @@ import llvmlite.ir as ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from springpot.simulation.kernel.calling import call_force
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond, no, stack_array
 from springpot.simulation.kernel.laws import (
     ANY,
@@ -80,7 +79,7 @@ from springpot.simulation.kernel.tables import (
     WORKS,
     WW,
 )
-from springpot.simulation.kernel.vectors import filled, load, root, store
+from springpot.simulation.kernel.vectors import call_force, filled, load, root, store
 
 NO_SPRING, LINEAR, CUBIC, NINTH = range(4)  # kinds of springs
 NUMBERS_OF_MODE, NUMBERS_OF_TURN = 8, 20

@@ -31,7 +31,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.bar import say
-from springpot.machine.versions import versions
+from springpot.machine.installed import versions
 from springpot.simulation.kernel import kept
 from springpot.simulation.kernel.kept import Code, MissingSymbolError, loaded
 from springpot.simulation.kernel.sizes import LANES

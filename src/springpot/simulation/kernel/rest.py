@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from numba import njit
 
-from springpot.simulation.kernel.calling import call_share
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, f64, greater, stack_array
 from springpot.simulation.kernel.motion import NO_SPRING, sum_of
 from springpot.simulation.kernel.reading import of_lane
@@ -50,6 +49,7 @@ from springpot.simulation.kernel.tables import (
     WALL_KIND,
     WALLS,
 )
+from springpot.simulation.kernel.vectors import call_share
 from springpot.simulation.kernel.watching import show_impact
 
 MOST_POINTS, MOST_WALLS = 8, 12

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from numba import njit
 
-from springpot.simulation.kernel.calling import call_share
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond, f64
 from springpot.simulation.kernel.motion import NO_SPRING, add, springs, sum_of
 from springpot.simulation.kernel.reading import alike, of_lane, shared
@@ -42,6 +41,7 @@ from springpot.simulation.kernel.tables import (
     WALLS,
 )
 from springpot.simulation.kernel.vectors import (
+    call_share,
     choose,
     double,
     filled,

@@ -15,9 +15,8 @@ import numpy.typing as npt
 from numba import njit, types
 
 from springpot.machine.arrays import Floats
-from springpot.simulation.kernel.calling import calling
 from springpot.simulation.kernel.lanes import GROUP, INLINE, WIDTH, beyond, f64
-from springpot.simulation.kernel.vectors import choose, double, store
+from springpot.simulation.kernel.vectors import calling, choose, double, store
 
 BATCHES = 64  # groups of paths with separate counts, for standard errors
 ALL, PEAKS = -1, -2  # walls; less its number, the largest forces of a contact

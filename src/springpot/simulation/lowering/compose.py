@@ -33,7 +33,6 @@ from springpot.simulation.kernel.striking import FIXED, POWER
 from springpot.simulation.kernel.tables import SUMS, Tables, packed
 from springpot.simulation.lowering import sources
 from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
-from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, sums_of, taps_of
 from springpot.simulation.lowering.observers import Observer
 from springpot.simulation.lowering.parts import (
@@ -48,6 +47,7 @@ from springpot.simulation.lowering.parts import (
     thermal_noise,
 )
 from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.scales import Units
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
 
 Sum = tuple[str, str]

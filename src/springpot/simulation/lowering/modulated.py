@@ -18,7 +18,7 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.problem.parts.envelopes import Envelope
 from springpot.simulation.lowering import sources
-from springpot.simulation.lowering.kernel_units import Units
+from springpot.simulation.plan.scales import Units
 
 _SILENT = 1e-24  # of the largest variance of an impulse
 MOST_TABULATED = 100_000_000  # numbers of tables over the steps, 0.8 GB

@@ -52,9 +52,9 @@ from springpot.simulation.kernel import laws
 from springpot.simulation.kernel.callbacks import force_of
 from springpot.simulation.kernel.sizes import GROUP
 from springpot.simulation.lowering import sources
-from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.modulated import Modulation, check_table, law_of
 from springpot.simulation.lowering.sources import Named
+from springpot.simulation.plan.scales import Units
 from springpot.simulation.plan.settings import MOST_STEPS
 
 _FAR = 1e30  # place of a contact that is not there

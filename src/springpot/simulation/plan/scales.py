@@ -1,4 +1,4 @@
-"""The rates, times and sizes of a motion: the units in which the default step and duration are counted.
+"""The rates, times and sizes of a motion, in which the default step and duration are counted, and the kernel's units.
 
 Those of the paper's problem have closed forms; those of any other system are a guess
 (`springpot.simulation.plan.guess`).
@@ -28,6 +28,36 @@ def beat(system: System) -> float:
     (2.0, 1.0)
     """
     return 2.0 if any(part.feeds and not part.noise for part in system.excitations.values()) else 1.0
+
+
+@dataclass(frozen=True)
+class Units:
+    """The kernel's units: powers of two, so that they cost no digit.
+
+    Attributes
+    ----------
+    length, time : float
+        In m and s.
+    """
+
+    length: float
+    time: float
+
+    @classmethod
+    def near(cls, length: float, fastest: float) -> Units:
+        """Powers of two near a length and the time of a rate."""
+        near = 2.0 ** round(math.log2(length)) if length > 0.0 else 1.0
+        return cls(near, 2.0 ** round(-math.log2(fastest)))
+
+    @property
+    def speed(self) -> float:
+        """In m/s."""
+        return self.length / self.time
+
+    @property
+    def state(self) -> tuple[float, float]:
+        """Factors for x and v of the kernel."""
+        return self.length, self.speed
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import checked_path
-from springpot.machine.extras import need
+from springpot.machine.installed import need
 from springpot.problem.file import read_system
 from springpot.problem.messages import MESSAGES, Message
 from springpot.problem.system import System

@@ -13,8 +13,8 @@ import numpy as np
 
 from springpot.machine.arguments import text
 from springpot.machine.arrays import Columns, Floats
-from springpot.machine.extras import need
 from springpot.machine.faults import name_results, with_error
+from springpot.machine.installed import need
 from springpot.machine.plain import plain
 from springpot.problem.catalogue import (
     OF_A_POINT,

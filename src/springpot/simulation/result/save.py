@@ -34,8 +34,8 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import checked_path, place_for, switch
-from springpot.machine.extras import need
 from springpot.machine.files import netcdf_of, write
+from springpot.machine.installed import need
 from springpot.problem.catalogue import PARTS_OF_ERROR, unit_of_result
 from springpot.problem.file import check_writable
 from springpot.problem.messages import Message

@@ -16,8 +16,8 @@ from numpy.polynomial import legendre
 
 from springpot.machine.arrays import Floats
 from springpot.theory.methods.envelope.cycles import SMALLEST_PHASE, Cycles, harmonic_sum, make_cycles
-from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import EnergyDiffusion, make_energy_diffusion
+from springpot.theory.numerics.equations import Anderson
 from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.problem import Problem
 

@@ -29,7 +29,7 @@ from scipy import special
 
 from springpot.machine.arrays import Complexes, Floats
 from springpot.theory.methods.memory_closure.quadrature import oscillating_weights
-from springpot.theory.numerics.anderson import Anderson
+from springpot.theory.numerics.equations import Anderson
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.result import NoConvergenceError
 

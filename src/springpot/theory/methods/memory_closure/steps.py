@@ -8,7 +8,7 @@ import numpy as np
 
 from springpot.theory.methods.memory_closure.memory import Loop, make_grid
 from springpot.theory.methods.memory_closure.plane import Plane, solve_plane
-from springpot.theory.numerics.anderson import Anderson
+from springpot.theory.numerics.equations import Anderson
 from springpot.theory.result import NoConvergenceError
 
 _DEGREE = 9  # of the polynomials of the plane

@@ -21,8 +21,8 @@ from springpot.problem.parts import (
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.theory.coverage import DAMPERS, MEMORY, SPRINGS, STOPS, Coverage
+from springpot.theory.numerics.equations import roots_of
 from springpot.theory.numerics.panels import on_panels, panel_rule
-from springpot.theory.numerics.polynomials import roots_of
 from springpot.theory.problem import Units
 from springpot.theory.result import Moments, NoConvergenceError, moments_of
 

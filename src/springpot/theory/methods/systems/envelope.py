@@ -51,9 +51,8 @@ from springpot.theory.methods.systems.impacts import (
     is_smooth,
     with_sudden_losses,
 )
-from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import make_energy_diffusion
-from springpot.theory.numerics.polynomials import roots_of
+from springpot.theory.numerics.equations import Anderson, roots_of
 from springpot.theory.result import Moments, Result, moments_of
 
 _LOWEST, _HIGHEST = -50.0, 40.0  # decades of energy that are searched, in m^2/s^2

@@ -30,7 +30,7 @@ from springpot.problem.system import System, checked_system
 from springpot.theory.coverage import unheld
 from springpot.theory.methods.systems.energy import exact_law
 from springpot.theory.methods.systems.linear import Companion, companion_of, linear_moments, motions, pulled
-from springpot.theory.numerics.polynomials import roots_of
+from springpot.theory.numerics.equations import roots_of
 from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, Result
 
 _REACH = "Statistical linearization covers nonlinear springs with one equilibrium and nonlinear dampers, without walls"

@@ -23,8 +23,7 @@ from springpot.problem.system import System, checked_system
 from springpot.theory.coverage import DAMPERS, SPRINGS, STOPS, Coverage, unheld
 from springpot.theory.methods.systems.chain import Chain, Grid, grid_over, kernel_weights, make_chain
 from springpot.theory.methods.systems.impacts import endless_walls
-from springpot.theory.numerics.anderson import Anderson
-from springpot.theory.numerics.polynomials import roots_of
+from springpot.theory.numerics.equations import Anderson, roots_of
 from springpot.theory.result import Moments, NoConvergenceError, Result, moments_of
 
 REACH = "Path integration covers one colored noise with springs, contacts without loss, dampers, springpots and walls"

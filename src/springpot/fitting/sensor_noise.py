@@ -1,4 +1,8 @@
-"""The noise of a sensor as an autoregressive process: its order and lags, and the filter that makes it white."""
+"""The noise of a sensor: an autoregressive process, with the filter that makes it white; tests of what a fit leaves.
+
+What is left of a record is noise if it depends on nothing that a better model might have, and if no sample stands at
+the end of the sensor's range.
+"""
 
 from __future__ import annotations
 
@@ -91,3 +95,55 @@ def filtered(rows: Floats, lags: Floats) -> Floats:
     for n, lag in enumerate(lags.tolist(), start=1):
         found -= lag * rows[..., lags.size - n : samples - n]
     return found
+
+
+def noise_probability(residual: Floats, slopes: Floats, beyond: Floats, moving: int) -> float:
+    """The probability of what is left, if it is white noise, by a score test (C. R. Rao, 1948).
+
+    Parameters
+    ----------
+    residual : ndarray, shape (samples,)
+    slopes : ndarray, shape (samples, numbers)
+        Its derivatives by all numbers of the fit.
+    beyond : ndarray, shape (samples, more)
+        What a better model might have.
+    moving : int
+        How many numbers the fit has found.
+
+    Examples
+    --------
+    >>> t = np.linspace(0.0, 1.0, 400)
+    >>> noise, line = np.random.default_rng(1).standard_normal(400), t[:, None]
+    >>> more = np.stack([t**2, np.sin(9.0 * t)], axis=1)
+    >>> noise_probability(noise, line, more, 1) > 0.05, noise_probability(noise + np.sin(9.0 * t), line, more, 1) < 1e-9
+    (True, True)
+    """
+    from scipy import linalg, stats
+
+    variance = float(residual @ residual) / max(residual.size - moving, 1)
+    basis, _ = np.linalg.qr(slopes / np.maximum(np.sqrt((slopes**2).sum(axis=0)), 1e-300))
+    extra = beyond - basis @ (basis.T @ beyond)
+    size = np.sqrt((extra**2).sum(axis=0))
+    q, r, _ = linalg.qr(extra[:, size > 0.0] / size[size > 0.0], mode="economic", pivoting=True)
+    rank = int((np.abs(np.diag(r)) > 1e-6).sum())
+    score = float(np.sum((q[:, :rank].T @ residual) ** 2)) / variance
+    return float(stats.chi2.sf(score, max(rank, 1)))
+
+
+def clipped(rows: Floats) -> int:
+    """How many samples stand in a row at the largest or least value of all, three or more each time.
+
+    Examples
+    --------
+    >>> clipped(np.array([[0.0, 1.0, 1.0, 1.0, 0.5, -1.0]]))
+    3
+    """
+    count = 0
+    for extreme in (rows.max(), rows.min()):
+        at = (rows == extreme).astype(int)
+        run = np.zeros_like(at)
+        run[:, 2:] = at[:, 2:] * at[:, 1:-1] * at[:, :-2]
+        for _ in range(2):
+            run[:, :-1] |= run[:, 1:]
+        count += int(run.sum())
+    return count

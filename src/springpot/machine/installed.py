@@ -1,10 +1,13 @@
-"""Libraries that only some installations have: the extras of ``pyproject.toml``, and the error where one is missing."""
+"""What is installed: this library's version, those of others, and the extras, which only some installations have."""
 
 from __future__ import annotations
 
+import sys
 from importlib.util import find_spec
 
 from springpot.machine.faults import listed
+
+__version__ = "0.2.0"
 
 _FILES = ("h5netcdf", "h5py", "pandas", "xarray")
 _STUDIES = ("pydantic", "zarr", *_FILES)
@@ -17,7 +20,7 @@ EXTRAS = {
     "uff": ("pyuff",),
     "op4": ("pyyeti",),
 }
-"""What each extra installs, by its names in Python."""
+"""What each extra of ``pyproject.toml`` installs, by its names in Python."""
 
 
 class MissingExtraError(ImportError):
@@ -48,3 +51,27 @@ def need(extra: str, what: str) -> None:
             f"{what} needs {listed(missing)}, not installed here: "
             f'python3 -m pip install "springpot[{extra}]" adds what is missing.'
         )
+
+
+def versions(*names: str) -> dict[str, str]:
+    """The versions of this library and of others that are installed, by name.
+
+    Raises
+    ------
+    importlib.metadata.PackageNotFoundError
+        If one is not installed.
+
+    Examples
+    --------
+    >>> list(versions("numba", "numpy"))
+    ['springpot', 'numba', 'numpy']
+    """
+    found = {"springpot": __version__}
+    for name in names:
+        if name in sys.modules:
+            found[name] = sys.modules[name].__version__
+            continue
+        from importlib.metadata import version  # slow to import, and runs need none of it
+
+        found[name] = version(name)
+    return found
