@@ -145,12 +145,12 @@ class Filter:
             fitted = shaping.filter_of(shaping.shape_of(part, ""), 0.5 * part.scale * max(part.psd), 2.0 * math.pi)
             return cls(fitted.matrix, fitted.noise, fitted.output)
         w, twice = part.frequency + part.frequency_rate * time, 2.0 * part.damping
-        ground, felt = [[0.0, 1.0], [-w * w, -twice * w]], [w * w, twice * w]
+        ground, output = [[0.0, 1.0], [-w * w, -twice * w]], [w * w, twice * w]
         if isinstance(part, sp.KanaiTajimiNoise):
-            return cls(np.array(ground), np.diag([0.0, part.intensity]), np.array(felt))
+            return cls(np.array(ground), np.diag([0.0, part.intensity]), np.array(output))
         u, own = part.base_frequency, 2.0 * part.base_damping
         a, b = np.zeros((4, 4)), np.diag([0.0, part.intensity, 0.0, 0.0])
-        a[:2, :2], a[2, 3], a[3] = ground, 1.0, [*felt, -u * u, -own * u]
+        a[:2, :2], a[2, 3], a[3] = ground, 1.0, [*output, -u * u, -own * u]
         return cls(a, b, a[3])
 
     @classmethod

@@ -231,9 +231,10 @@ def test_an_accelerometer_on_a_shaken_table() -> None:
     rng = np.random.default_rng(6)
     ground = np.convolve(rough_force(1204, rng), np.ones(5) / 5.0, "valid")
     x, v = simulated(device("duffing", free=False), ground, on="ground").T
-    felt = -(9.0 * x + 0.42 * v + 2.5 * x**3)
+    force = -(9.0 * x + 0.42 * v + 2.5 * x**3)
     data = sp.MeasuredRecord(
-        STEP * np.arange(1200), felt + 0.02 * felt.std() * rng.standard_normal(1200), of="a", input=ground, on="ground",
+        STEP * np.arange(1200), force + 0.02 * force.std() * rng.standard_normal(1200), of="a",
+        input=ground, on="ground",
         start="rest", interpolation="linear",
     )  # fmt: skip
     found = sp.fit(device("duffing", k=8.0), data)

@@ -162,7 +162,7 @@ def test_what_can_be_asked_for_is_what_the_simulation_sees() -> None:
     )
     for system in (several, sp.Oscillator()):
         motion, names = motion_of(system), {name for name, _ in catalogue.asked_for(system)}
-        assert names == {*motion.levels, *motion.speeds, *motion.felt}
+        assert names == {*motion.levels, *motion.speeds, *motion.outputs}
 
 
 @pytest.mark.parametrize(

@@ -550,7 +550,7 @@ def test_observed_forces(both: Any) -> None:
     """In each kick, and their mean and mean square without what is known to lack in it."""
     both = both()
     run, (low, high) = both.run, (both.window.low, both.window.high)
-    lacking = both.simulation.parts.felt.lacking
+    lacking = both.simulation.parts.outputs.lacking
     own = {f"{name}_force": name for name in both.forces[0]} | {"b_acceleration": "acceleration of b"}
     seen = [name for name in run.forces if name in own]
     assert len(seen) > 1
@@ -694,7 +694,7 @@ def passages_by_hand(both: Both, name: str, each: sp.simulation.PassageTimes) ->
         quantity = observers.Quantity.of_user(swing, level)
     elif name.endswith("force"):
         states = [(np.append(0.0, own[name.removesuffix("_force")]),) * 2 for own in both.forces]
-        roots, quantity = np.full(both.steps, both.simulation.parts.felt.over[name]), of("force", level)
+        roots, quantity = np.full(both.steps, both.simulation.parts.outputs.over[name]), of("force", level)
     elif math.isfinite(each.reference):  # the distance from the middle of an interval
         quantity = of({"x": "distance", "v": "speed"}.get(name, name), level, middle=each.reference)
     else:

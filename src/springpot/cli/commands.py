@@ -333,11 +333,11 @@ def _levels(problem: System, asked: Sequence[tuple[str, Sequence[float]]]) -> di
 
     In Python another name is that of a function.
     """
-    from springpot.problem.felt import felt_in
+    from springpot.problem.outputs import outputs_of
     from springpot.simulation.plan.seen import levels_of
 
     for name, _ in asked:
-        if name not in felt_in(problem):
+        if name not in outputs_of(problem):
             known_word(name, levels_of(problem), "--first-passage")
     return _one_or_many((name, each[0] if len(each) == 1 else (*each,)) for name, each in asked)
 

@@ -12,8 +12,8 @@ from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, trust
 from springpot.machine.arrays import Floats
-from springpot.problem.felt import squares_felt
 from springpot.problem.free_numbers import with_values
+from springpot.problem.outputs import output_squares
 from springpot.problem.system import System
 from springpot.simulation.plan.plan import check_stationary, plan_of
 from springpot.theory.registry import METHODS
@@ -42,7 +42,7 @@ def approximated(
     else:
         name = chosen_method(with_values(system, space.values(places[0])), method)[0]
     if name == MONTE_CARLO:
-        forces = [of for square, of in squares_felt(system).items() if square in needed]
+        forces = [of for square, of in output_squares(system).items() if square in needed]
         return name, _by_chance(system, space, places, seed, threads, work, forces)
 
     def by_theory(values: Mapping[str, float]) -> dict[str, float]:

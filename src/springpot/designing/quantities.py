@@ -13,7 +13,7 @@ from typing import TypeVar
 from springpot.evidence.recommendation import recommended
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word
-from springpot.problem.felt import squares_felt
+from springpot.problem.outputs import output_squares
 from springpot.problem.system import System
 from springpot.simulation.estimate import samples as estimate
 from springpot.simulation.estimate.stationary_start import ENOUGH_PATHS, adapt, pilot_paths
@@ -33,10 +33,10 @@ Answer = TypeVar("Answer")
 MONTE_CARLO = "monte_carlo"
 
 
-def theory_values(system: System, method: str, felt: Collection[str] = ()) -> tuple[dict[str, float], str]:
+def theory_values(system: System, method: str, outputs: Collection[str] = ()) -> tuple[dict[str, float], str]:
     """Every moment of one method that is a number, by name; and why there is none.
 
-    ``felt``: the names among `squares_felt` that are wanted too.
+    ``outputs``: the names among `output_squares` that are wanted too.
 
     Examples
     --------
@@ -51,7 +51,7 @@ def theory_values(system: System, method: str, felt: Collection[str] = ()) -> tu
     found = {name: float(value) for name, value in result.numbers.items() if not math.isnan(value)}
     if isinstance(result, LinearResponse):
         try:
-            found |= {name: result.mean_square(of) for name, of in squares_felt(system).items() if name in felt}
+            found |= {name: result.mean_square(of) for name, of in output_squares(system).items() if name in outputs}
         except NotCoveredError as refusal:
             return {}, str(refusal)
     return found, ""
@@ -163,8 +163,8 @@ def sampled_run(
         plan = adapt(plan, paths=pilot_paths(max(plan.settings.paths, ENOUGH_PATHS)), progress=progress)
     simulation = simulation_of(plan)
     sketches = [Sketch.of(seen, plan.motion, plan.settings) for seen in plan.motion.seen if distributions]
-    felt = [plan.motion.seen_by_name(name, "forces", forces_only=True) for name in forces]
-    wanted = Requested((*sketches, *map(Moments.of, felt)))
+    outputs = [plan.motion.seen_by_name(name, "forces", forces_only=True) for name in forces]
+    wanted = Requested((*sketches, *map(Moments.of, outputs)))
     ensemble = simulation.advance(observers=wanted.observers, progress=progress)
     samples, observed = estimate.samples_of(simulation, ensemble.rows), wanted.read(simulation, ensemble)
     start = estimate.errors_of_the_start(plan, {name: value for name, (value, _) in samples.items()})

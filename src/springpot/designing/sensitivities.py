@@ -15,9 +15,9 @@ from springpot.designing.sensitivity_results import Sensitivity
 from springpot.machine.arguments import check_called, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word, shown
-from springpot.problem.felt import squares_felt
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.numbers import label_of, numbers_of, with_numbers
+from springpot.problem.outputs import output_squares
 from springpot.problem.system import System, checked_system
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import standard_error
@@ -224,8 +224,9 @@ def sensitivity(
     if not numbers.values:
         raise ValueError("model must have a number that is not 0.")
     chosen, doubt = chosen_method(system, method)
-    felt = squares_felt(system) if method in (None, "linear", MONTE_CARLO) else {}  # other methods do not have them
-    if method is None and chosen != MONTE_CARLO and not felt.keys().isdisjoint(names):  # of theory linear theory
+    known = method in (None, "linear", MONTE_CARLO)  # other methods have no outputs
+    outputs = output_squares(system) if known else {}
+    if method is None and chosen != MONTE_CARLO and not outputs.keys().isdisjoint(names):  # of theory linear theory
         chosen, doubt = "linear" if {*names} <= {*theory_values(system, "linear", names)[0]} else MONTE_CARLO, ""
     said = [doubt] if doubt else []
     said += [f"{name} is 0: it has no relative change." for name, value in numbers.values.items() if value == 0.0]
@@ -235,9 +236,9 @@ def sensitivity(
     settings = None
     if chosen == MONTE_CARLO:
         settings = plan_of(system, paths=paths, seed=seed, duration=duration, step=step, threads=threads).settings
-        base, found, more = _by_monte_carlo(moved, names, felt, settings, math.log1p(change), progress)
+        base, found, more = _by_monte_carlo(moved, names, outputs, settings, math.log1p(change), progress)
     else:
-        base, found, more = _by_theory(moved, names, felt, chosen, progress)
+        base, found, more = _by_theory(moved, names, outputs, chosen, progress)
     values, errors, gains = (
         {quantity: {name: float(found[name][place][n]) for name in moved.values} for n, quantity in enumerate(names)}
         for place in range(3)
@@ -253,13 +254,13 @@ Found = tuple[dict[str, float], dict[str, tuple[Any, ...]], list[str]]
 
 
 def _by_theory(
-    numbers: Numbers, names: tuple[str, ...], felt: Mapping[str, str], method: str, progress: Progress | None
+    numbers: Numbers, names: tuple[str, ...], outputs: Mapping[str, str], method: str, progress: Progress | None
 ) -> Found:
     base, statement = theory_values(numbers.system, method, names)
     if not base:
         raise ValueError(f"method {shown(method)} has no answer for this model: {statement}")
     for name in names:
-        known_word(name, [*base, *felt], "quantities", "must be among")
+        known_word(name, [*base, *outputs], "quantities", "must be among")
     unknown, derivatives, said = np.full(len(names), math.nan), {}, []
     for done, name in enumerate(numbers.values, start=1):
 
@@ -290,11 +291,11 @@ def _extrapolated(own: Stencil, logarithms: Any) -> tuple[Floats, Floats] | None
 
 
 def _by_monte_carlo(
-    numbers: Numbers, names: tuple[str, ...], felt: Mapping[str, str], settings: Settings, step: float,
+    numbers: Numbers, names: tuple[str, ...], outputs: Mapping[str, str], settings: Settings, step: float,
     progress: Progress | None,
 ) -> Found:  # fmt: skip
     said: list[str] = []
-    forces = [of for square, of in felt.items() if square in names]
+    forces = [of for square, of in outputs.items() if square in names]
     stencils: dict[str, Stencil] = {}
     for name, value in numbers.values.items():
         own = stencil(lambda distance, name=name: _exists(numbers, name, distance), step)  # type: ignore[misc]
@@ -313,7 +314,7 @@ def _by_monte_carlo(
 
     base, motion = simulated(numbers.system), motion_of(numbers.system)
     for name in names:
-        known_word(name, [*base, *felt], "quantities", "must be among")
+        known_word(name, [*base, *outputs], "quantities", "must be among")
     lossy = [speed.removesuffix("impact_speed") for speed, walls in motion.struck_in(settings.step).items()
              if walls.restitution < 1.0]  # fmt: skip
     if any("impact_" in name and name.startswith(before) for before in lossy for name in names):

@@ -12,7 +12,7 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.kernel.callbacks import callback
-from springpot.simulation.kernel.feeling import MOST_FELT
+from springpot.simulation.kernel.outputs import MOST_OUTPUTS
 from springpot.simulation.kernel.sizes import GROUP, LANES
 from springpot.simulation.kernel.watching import BATCHES, ON_STEPS
 from springpot.simulation.lowering.observers import Observer, begins, layout
@@ -98,10 +98,10 @@ class Gathering:
         seen = [seen for seen in motion.seen if "x" in seen.names]
         self._sketches = [Sketch.of(each, motion, settings) for each in motion.seen]
         self._counts = [dict[str, Floats]() for _ in self._sketches]
-        shown = [*motion.felt.items()][:MOST_FELT]
-        felt = [name for name, one in shown if name.endswith("acceleration") and not one.reason]
-        self._accelerations = [Extremes.of(motion.seen_by_name(name, "forces")) for name in felt]
-        self._largest = np.empty((len(felt), settings.paths))
+        shown = [*motion.outputs.items()][:MOST_OUTPUTS]
+        outputs = [name for name, one in shown if name.endswith("acceleration") and not one.reason]
+        self._accelerations = [Extremes.of(motion.seen_by_name(name, "forces")) for name in outputs]
+        self._largest = np.empty((len(outputs), settings.paths))
         steps = _growth_steps(simulation.plan)
         self._early = simulation.but(duration=steps * settings.step, window=(0.0, steps * settings.step), record=0)
         self._speeds = speeds

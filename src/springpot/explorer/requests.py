@@ -45,13 +45,13 @@ def offered(system: System) -> dict[str, Any]:
 
     motion = motion_of(system)
     moving = [name for name, (kind, _) in motion.levels.items() if kind == "x"]
-    felt = {name: f"{name} cannot be seen: {one.reason}." if one.reason else "" for name, one in motion.felt.items()}
+    whys = {name: one.reason and f"{name} cannot be seen: {one.reason}." for name, one in motion.outputs.items()}
     return {
         "ends": motion.ends,
         "levels": [(name, titled(name), written(LEVELS[kind]), "") for name, (kind, _) in motion.levels.items()]
         + [(name, titled(name), "m/s", "") for name in motion.speeds if motion.touched],
         "displacements": [(name, titled(name), "m", "") for name in moving],
-        "forces": [(name, titled(name), _unit(system, name), why) for name, why in felt.items()],
+        "forces": [(name, titled(name), _unit(system, name), why) for name, why in whys.items()],
         "of_impacts": [(name, titled(name), _unit(system, name), "") for name in motion.of_impacts],
     }
 

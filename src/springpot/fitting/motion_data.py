@@ -104,9 +104,9 @@ class MeasuredSpectrum(Measured):
         hint = "It is the number of independent periodograms."
         put(self, averages=finite_number(self.averages, "averages", low=1.0, hint=hint))
         check_number(self, "noise", low=0.0, high=LARGEST, hint=_OF_NOISE)
-        if is_felt(self.of) and self.at is not None:
+        if is_output(self.of) and self.at is not None:
             raise ValueError(f"at must be left out for {self.of}, whose name says where it is.")
-        if not is_felt(self.of):
+        if not is_output(self.of):
             check_of(self.of, self.at)
         check_number(self, "sampling_rate", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")
         if self.sampling_rate is not None:
@@ -397,12 +397,12 @@ class MeasuredRecord(Measured):
         )  # fmt: skip
 
 
-def is_felt(of: object) -> bool:
+def is_output(of: object) -> bool:
     """Whether a measurement is said to be of a force or absolute acceleration of a model, by its name.
 
     Examples
     --------
-    >>> is_felt("mount_force"), is_felt("a")
+    >>> is_output("mount_force"), is_output("a")
     (True, False)
     """
     return isinstance(of, str) and of.endswith(("force", "force_of_one", "force_on_ground", "acceleration"))

@@ -12,8 +12,8 @@ from springpot.designing.quantities import SampledRun, sampled_run
 from springpot.fitting.statistics import QUANTILE, MeasuredStatistics
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, meant
-from springpot.problem.felt import squares_felt
 from springpot.problem.free_numbers import with_values
+from springpot.problem.outputs import output_squares
 from springpot.problem.system import System
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import impact_biases
@@ -67,7 +67,7 @@ class Case:
     def forces(self) -> list[str]:
         """Forces and accelerations among what was measured."""
         of = {name.removesuffix(end) for name in self.data.names for end in _OF_FORCES}
-        return [name for name in squares_felt(self.system).values() if name in of]
+        return [name for name in output_squares(self.system).values() if name in of]
 
     def steps_at(self, named: Mapping[str, float]) -> int:
         """Of a path of a rough run that is made for these numbers."""
@@ -163,8 +163,8 @@ def moments_of(
     plan = Plan(motion, replace(case.rough if rough else case.settings, paths=paths))
     plan = plan if start is None else plan.started_at(start)
     run = sampled_run(plan, distributions=case.has_quantiles, forces=case.forces, progress=progress)
-    felt = [name for name in squares_felt(case.system) if name not in run.samples]
-    found = [_statistic(name, run, groups, felt) for name in case.data.names]
+    outputs = [name for name in output_squares(case.system) if name not in run.samples]
+    found = [_statistic(name, run, groups, outputs) for name in case.data.names]
     mean = run.samples["x_mean"][0] if "x_mean" in run.samples else 0.0  # of one mass only
     return Moments(np.array([value for value, _ in found]), np.stack([own for _, own in found], axis=-1), mean)
 
@@ -185,29 +185,29 @@ def step_biases_at(case: Case, named: Mapping[str, float], values: Mapping[str, 
     return impact_biases(motion_of(with_values(case.system, named)), case.settings.step, dict(values))
 
 
-def _statistic(name: str, run: SampledRun, groups: int, felt: Sequence[str] = ()) -> tuple[float, Floats]:
-    """Its value, and samples with this mean, one for each group; ``felt``: what another run would have."""
+def _statistic(name: str, run: SampledRun, groups: int, outputs: Sequence[str] = ()) -> tuple[float, Floats]:
+    """Its value, and samples with this mean, one for each group; ``outputs``: what another run would have."""
     if match := QUANTILE.fullmatch(name):
         return _quantile(run.distributions.get(match[1]), float(match[2]), groups, name)
     if name.endswith("_standard_deviation"):
         of = name.removesuffix("_standard_deviation")
-        square, own = _of_paths(f"{of}_mean_square", run, felt, name)
-        mean, sides = _of_paths(f"{of}_mean", run, felt, name)
+        square, own = _of_paths(f"{of}_mean_square", run, outputs, name)
+        mean, sides = _of_paths(f"{of}_mean", run, outputs, name)
         root = math.sqrt(max(square - mean * mean, 0.0))
         slope = (own - square - 2.0 * mean * (sides - mean)) / (2.0 * root) if root > 0.0 else own * 0.0
         return root, _grouped(root + slope, groups)
     if name.endswith("_rms") and name not in run.samples:
-        square, own = _of_paths(f"{name.removesuffix('_rms')}_mean_square", run, felt, name)
+        square, own = _of_paths(f"{name.removesuffix('_rms')}_mean_square", run, outputs, name)
         root = math.sqrt(square) if square > 0.0 else math.nan
         return root, _grouped(root + (own - square) / (2.0 * root), groups)
-    value, own = _of_paths(name, run, felt)
+    value, own = _of_paths(name, run, outputs)
     return value, _grouped(own, groups)
 
 
-def _of_paths(name: str, run: SampledRun, felt: Sequence[str], asked: str = "") -> tuple[float, Floats]:
+def _of_paths(name: str, run: SampledRun, outputs: Sequence[str], asked: str = "") -> tuple[float, Floats]:
     """A result with its samples, less their regression on the energy that the noise fed by chance."""
     if name not in run.samples:
-        known = [*(own for own in run.samples if not own.endswith("_end")), *felt]
+        known = [*(own for own in run.samples if not own.endswith("_end")), *outputs]
         wrong = asked or name
         raise ValueError(f"data must be of results of the model, which are {listed(known)}, not {wrong}"
                          f"{meant(wrong, known) or '.'}")  # fmt: skip

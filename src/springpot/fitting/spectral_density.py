@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.fitting.motion_data import is_felt, window_samples
+from springpot.fitting.motion_data import is_output, window_samples
 from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.coordinates import product_of
@@ -20,8 +20,8 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.excitations import GroundNoise
 from springpot.problem.system import System
-from springpot.theory.methods.systems.felt import felt_spectrum
 from springpot.theory.methods.systems.linear import companion_of
+from springpot.theory.methods.systems.output import output_spectrum
 
 Density = Callable[[Floats], Floats]
 _FOLDS = 4
@@ -66,9 +66,9 @@ def response(system: System, of: str, *, at: str | None = None, sampled: bool = 
     own = companion_of(system)
     if not own.noises and not own.temperature:
         raise NotCoveredError("a system without noise has no spectrum: add a WhiteNoise or another noise.")
-    if is_felt(of):
-        felt = felt_spectrum(system, own, of)
-        return lambda frequency: 4.0 * np.pi * felt(2.0 * np.pi * np.asarray(frequency, float))
+    if is_output(of):
+        output = output_spectrum(system, own, of)
+        return lambda frequency: 4.0 * np.pi * output(2.0 * np.pi * np.asarray(frequency, float))
     seen_by, coordinates = row_of(system, at), system.coordinates
     noises: list[tuple[Any, Floats]] = [
         (part, coordinates.forces[name])

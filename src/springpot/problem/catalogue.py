@@ -159,7 +159,7 @@ def asked_for(system: System, levels: bool = True) -> Iterator[tuple[str, str]]:
     With ``levels`` also what is asked for by its levels alone, as sizes, velocities and speeds.
     """
     moving = (entry for entry in ASKED if levels or entry.name.endswith(_MOVING))
-    forces = (entry for entry in CATALOGUE if entry.name in {felt[0] for felt in _FELT})
+    forces = (entry for entry in CATALOGUE if entry.name in {output[0] for output in _OUTPUTS})
     return chain.from_iterable(entry.owned(system) for entry in (*moving, *forces))
 
 
@@ -269,7 +269,7 @@ def _owner(name: str) -> Callable[[Part], bool]:
     return _with("stop") if name.startswith(_OF) else _always
 
 
-_FELT = (
+_OUTPUTS = (
     (f"{_OF}force", "N", "N2", "force of the part, or of the group", "", _always),
     (f"{_OF}force_of_one", "N", "N2", "force of one of several equal parts", ", with `count=`", _always),
     ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _always),
@@ -278,7 +278,7 @@ _FELT = (
 )  # fmt: skip
 
 
-def _felt(
+def _of_output(
     name: str, unit: str, square: str, said: str, when: str, where: Callable[[System], bool]
 ) -> Iterator[Quantity]:
     """Of a force or an acceleration: moments, and with other options extremes and spectrum."""
@@ -418,7 +418,7 @@ CATALOGUE = (
                                (f"{_PAIRS}elongation_minimum", "m", "the smallest difference of their displacements"),
                                (f"{_PAIRS}elongation_maximum", "m", "the largest difference of their displacements"),
                                (f"{_OF}impact_speed_largest", "m s-1", "the largest speed before an impact on it"))),
-    *(entry for each in _FELT for entry in _felt(*each)),
+    *(entry for each in _OUTPUTS for entry in _of_output(*each)),
     Quantity("<quantity>_cycle_rate", "s-1", "rainflow cycles per unit time of the displacement, force or acceleration",
              **_on_request("rainflow")),
     Quantity("<quantity>_damage_rate", "h-1", "damage per hour, by Basquin's curve and Miner's sum; of several curves "

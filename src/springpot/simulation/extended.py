@@ -13,7 +13,7 @@ from springpot.machine.arguments import check_called, finite_number
 from springpot.machine.faults import per_cent, shown
 from springpot.machine.progress import Estimate, FractionDone
 from springpot.problem.catalogue import results_on_request
-from springpot.problem.felt import squares_felt
+from springpot.problem.outputs import output_squares
 from springpot.simulation.error.budget import Budget, combine
 from springpot.simulation.error.decision import bias_range
 from springpot.simulation.error.levels import Levels, levels_of
@@ -185,8 +185,8 @@ def _extended_to(
     rtol = finite_number(rtol, "rtol", low=1e-4, high=0.5, hint="It is the relative error asked for.")
     motion = motion_of(run.system)
     wanted = checked_quantities(motion, motion.usual_quantities if quantities is None else quantities)
-    if felt := [name for name in wanted if name in squares_felt(run.system)]:
-        raise ValueError(f"quantities must not have {felt[0]} here: only a run by simulate(rtol=) sees it.")
+    if outputs := [name for name in wanted if name in output_squares(run.system)]:
+        raise ValueError(f"quantities must not have {outputs[0]} here: only a run by simulate(rtol=) sees it.")
     check_motion(motion, "rtol")
     if run.settings.scheme == "grunwald":
         raise ValueError(f"run must have the default scheme, not {run.settings.scheme!r}, whose bias is not measured.")

@@ -22,13 +22,13 @@ from springpot.machine.faults import few, listed, meant
 from springpot.machine.installed import versions
 from springpot.machine.progress import Clock, Estimate, FractionDone
 from springpot.problem.basquin import Basquin
-from springpot.problem.felt import about_shocks, squares_felt
 from springpot.problem.messages import Message, say
+from springpot.problem.outputs import about_shocks, output_squares
 from springpot.problem.system import System, owners_of
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import step_biases
-from springpot.simulation.lowering.felt import about_contacts
+from springpot.simulation.lowering.outputs import about_contacts
 from springpot.simulation.paths.simulation import Ensemble, Simulation, simulation_of
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.options import Derivative, Observable, Options, Progress, Scheme, StartKind, is_default
@@ -217,8 +217,8 @@ class Ready:
             *about_observables(means, values),
             *about_damage(estimates),
             *about_forces(simulation, wanted.seen_in_full(plan.settings), values),
-            *about_shocks(system, wanted.felt_names, values),
-            *about_contacts(plan.motion, plan.settings.step, wanted.felt_names if in_peaks else (), values),
+            *about_shocks(system, wanted.output_names, values),
+            *about_contacts(plan.motion, plan.settings.step, wanted.output_names if in_peaks else (), values),
             *(sentence for passage in results.get("first_passages", {}).values() for sentence in passage.warnings),
         )
         return Run(
@@ -281,9 +281,9 @@ def run_to(system: System, asked: Asked) -> Run:
     with _faults_of_own_forces(system):
         reached = reach(system, rtol, progress=asked.progress, **asked.of_rtol, **given)
     rows, seen = reached.rows, watched(reached.simulation, reached.rows)
-    felt = [name for square, name in squares_felt(system).items() if square in reached.wanted]
+    outputs = [name for square, name in output_squares(system).items() if square in reached.wanted]
     warned = [
-        *about_shocks(system, felt, reached.values),
+        *about_shocks(system, outputs, reached.values),
         *doubts(reached.simulation, reached.values, reached.errors, rows, seen, bounded=True),
         *about_uncontrolled_impacts(reached, rtol),
         *([say("rtol_not_reached", sentence=reached.shortfall)] if reached.shortfall else []),

@@ -14,7 +14,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.crew import work_together
 from springpot.machine.faults import NotCoveredError, few, shown
 from springpot.problem.catalogue import unit_of_result
-from springpot.problem.felt import about_shocks
+from springpot.problem.outputs import about_shocks
 from springpot.problem.system import System
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.paths.simulation import Progress, simulation_of
@@ -228,8 +228,8 @@ def _with_step(plan: Plan, times: float) -> Plan:
 
 def _run(plan: Plan, names: Sequence[str], halved: bool = False) -> dict[str, Floats]:
     """The largest sizes of each path, by name; and which paths struck something."""
-    felt = [name for name in names if name not in _moving(plan.motion)]
-    requests = [*Extremes.asked(plan, {"forces": felt})]
+    outputs = [name for name in names if name not in _moving(plan.motion)]
+    requests = [*Extremes.asked(plan, {"forces": outputs})]
     simulation = simulation_of(plan, halved=halved)
     ensemble = simulation.advance(observers=[each.observer for each in requests], halved=halved)
     extremes: dict[str, Floats] = {}

@@ -10,7 +10,7 @@ from scipy import optimize
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.felt import felt_in
+from springpot.problem.outputs import outputs_of
 from springpot.problem.system import System
 from springpot.spectra.largest import name_in_results
 from springpot.theory.level_crossings import rates_at
@@ -93,7 +93,7 @@ def _moments(response: LinearResponse, word: str) -> tuple[float, float, float, 
     """
     name, at = name_in_results(word), response.system.coordinates
     known, slow = {**at.elongations, **at.called}, False
-    if name in felt_in(response.system):
+    if name in outputs_of(response.system):
         of, place = name, name.removesuffix("force").removesuffix("acceleration").removesuffix("_")
     else:
         slow = name in ("v", *(f"{point}_v" for point in at.called))

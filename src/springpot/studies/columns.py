@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from springpot.problem.catalogue import OF_A_LEVEL, OF_A_WALL, numbers_on_request, possible_results, unit_of_result
-from springpot.problem.felt import squares_felt
+from springpot.problem.outputs import output_squares
 from springpot.problem.system import System
 from springpot.theory.result import names_of_results
 
@@ -116,13 +116,13 @@ def columns_of(
     given = settings or {}
     if method == "exceedance":
         return tuple(_of_levels(method, given))
-    felt = numbers_on_request(system, "forces", given.get("forces", ()))
+    outputs = numbers_on_request(system, "forces", given.get("forces", ()))
     if method != "monte_carlo":
-        return tuple(_of_names(system, (*names_of_results(system), *felt), ("",)))
+        return tuple(_of_names(system, (*names_of_results(system), *outputs), ("",)))
     cycles = numbers_on_request(system, "rainflow", given.get("rainflow", ()))
     counted = numbers_on_request(system, "slowest_counted_impact") if "slowest_counted_impact" in given else ()
-    squares = [name for name in squares_felt(system) if name in controlled] if "rtol" in given else []
-    names = dict.fromkeys((*possible_results(system), *felt, *squares, *cycles, *counted))
+    squares = [name for name in output_squares(system) if name in controlled] if "rtol" in given else []
+    names = dict.fromkeys((*possible_results(system), *outputs, *squares, *cycles, *counted))
     return (*_of_names(system, names, ("", "_se", "_error")), *_of_levels(method, given))
 
 

@@ -25,10 +25,10 @@ from pydantic import (
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.plain import read_toml
 from springpot.problem.catalogue import stated_in
-from springpot.problem.felt import squares_felt
 from springpot.problem.file import read_system
 from springpot.problem.numbers import ROOT, check_number, label_of, numbers_of, with_numbers
 from springpot.problem.oscillator import Oscillator
+from springpot.problem.outputs import output_squares
 from springpot.problem.parts.checks import put
 from springpot.problem.system import System, checked_system
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points, with_draws
@@ -195,7 +195,7 @@ class Study(Strict):
         given: dict[str, Any] = {} if table is None else table.given()
         if method in SIMULATED:
             return given
-        squares = squares_felt(self.system) if "rtol" in given else {}
+        squares = output_squares(self.system) if "rtol" in given else {}
         forces = (*given.get("forces", ()), *(squares[name] for name in self.quantities if name in squares))
         return {"forces": forces} if forces and method == "linear" else {}
 

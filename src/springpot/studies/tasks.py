@@ -203,14 +203,14 @@ def compute(
     else:
         result, statement = solve_one(task.system, task.method)
         if result is not None:
-            felt, unknown = _felt(result, task.settings.get("forces", ()))
-            numbers, warnings = result.numbers | felt, (*warnings_of(result), *unknown)
+            outputs, unknown = _outputs(result, task.settings.get("forces", ()))
+            numbers, warnings = result.numbers | outputs, (*warnings_of(result), *unknown)
     names = (column.name for column in columns_of(task.method, task.base, task.settings, task.quantities))
     known = {name: float(numbers[name]) for name in names if not math.isnan(numbers.get(name, math.nan))}
     return Answer(known, statement, warnings)
 
 
-def _felt(result: Any, forces: Iterable[str]) -> tuple[dict[str, float], list[str]]:
+def _outputs(result: Any, forces: Iterable[str]) -> tuple[dict[str, float], list[str]]:
     """Means and mean squares of forces in linear theory, and why it has none of some."""
     found, unknown = dict[str, float](), []
     for name in forces:

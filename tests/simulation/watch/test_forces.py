@@ -10,7 +10,7 @@ import pytest
 
 import springpot as sp
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.felt import about_shocks
+from springpot.problem.outputs import about_shocks
 from springpot.simulation.monte_carlo import simulated
 from springpot.theory import linear
 from tests.simulation.systems import NEARLY_LINEAR, of_many_kinds
@@ -278,24 +278,24 @@ def test_forces_have_the_same_bits_for_any_threads() -> None:
 
 BELOW = sp.Barrier(-0.1, 0.8)
 BETWEEN = sp.Barrier(-0.05, 0.6, between=("base", "top"))
-FELT = ["mount_force", "force_on_ground", "acceleration", "base_acceleration", "top_acceleration"]
+OUTPUTS = ["mount_force", "force_on_ground", "acceleration", "base_acceleration", "top_acceleration"]
 
 
 @pytest.mark.parametrize(
     ("system", "values", "named"),
     [
-        (device(0.5, stop=BELOW), {"impact_rate": 0.2}, FELT[1:3]),
-        (device(0.5, stop=BELOW), {"impact_rate": float("nan")}, FELT[1:3]),
+        (device(0.5, stop=BELOW), {"impact_rate": 0.2}, OUTPUTS[1:3]),
+        (device(0.5, stop=BELOW), {"impact_rate": float("nan")}, OUTPUTS[1:3]),
         (device(0.5, stop=BELOW), {"impact_rate": 0.0}, []),
         (device(0.5, stop=sp.Contact(-0.1, 1e4)), {"impact_rate": 0.2}, []),
         (device(0.5), {}, []),
-        (sp.System(*isolated(DAMPERS[1]).parts, stop=BETWEEN), {"stop_impact_rate": 0.1}, FELT[3:]),
+        (sp.System(*isolated(DAMPERS[1]).parts, stop=BETWEEN), {"stop_impact_rate": 0.1}, OUTPUTS[3:]),
     ],
 )
 def test_shocks_are_left_out_of_what_a_struck_rigid_wall_acts_on(
     system: sp.System, values: dict[str, float], named: list[str]
 ) -> None:
-    said = about_shocks(system, FELT, values)
+    said = about_shocks(system, OUTPUTS, values)
     assert [str(message).split()[0] for message in said] == named
     assert all("on stop are" in message for message in said)
 

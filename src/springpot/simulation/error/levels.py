@@ -52,7 +52,7 @@ class Level:
         Counts of `counts_of_fast_impacts`.
     forces : tuple of Moments
         Forces and accelerations that are seen.
-    felt : dict of ndarray, shape (paths,)
+    outputs : dict of ndarray, shape (paths,)
         Their samples, by the names of the estimates.
     """
 
@@ -62,7 +62,7 @@ class Level:
     rows: Floats
     counted: Floats
     forces: tuple[Moments, ...] = ()
-    felt: Mapping[str, Floats] = field(default_factory=dict)
+    outputs: Mapping[str, Floats] = field(default_factory=dict)
 
     @property
     def paths(self) -> int:
@@ -85,18 +85,18 @@ class Level:
         numbers = [ensemble.observed[own]["number"] for own in counts]
         counted = np.stack([np.empty(more), *numbers], axis=1)[:, 1:]
         seen = (each.read(self.simulation, ensemble)["estimates"] for each in self.forces)
-        felt = {name: samples for own in seen for name, (_, samples) in own.items()}
+        outputs = {name: samples for own in seen for name, (_, samples) in own.items()}
         return replace(
             self,
             rows=np.concatenate([self.rows, ensemble.rows]),
             counted=np.concatenate([self.counted, counted]),
-            felt={name: np.concatenate([self.felt.get(name, np.empty(0)), own]) for name, own in felt.items()},
+            outputs={name: np.concatenate([self.outputs.get(name, np.empty(0)), own]) for name, own in outputs.items()},
         )
 
     def samples(self) -> dict[str, Floats]:
         """Samples of each estimate, one per path."""
         per_path = {name: samples for name, (_, samples) in samples_of(self.simulation, self.rows).items()}
-        return with_completed_rate(self.simulation, per_path, self.counted) | dict(self.felt)
+        return with_completed_rate(self.simulation, per_path, self.counted) | dict(self.outputs)
 
     def controls(self, samples: dict[str, Floats]) -> Floats:
         """The control variates of each path, from its samples, shape (paths, controls)."""

@@ -28,7 +28,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, meant, per_cent, shown
 from springpot.machine.progress import COMPILATION, Clock, Estimate, FractionDone, OutOfTimeError, in_words
 from springpot.problem.catalogue import is_controlled, possible_results
-from springpot.problem.felt import squares_felt
+from springpot.problem.output import output_squares
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget, Estimates, combine
 from springpot.simulation.error.decision import MOST_FINER, Known, Move, Standing, decide
@@ -114,7 +114,7 @@ class _Request:
     @property
     def forces(self) -> list[str]:
         """Forces and accelerations that are seen for the sake of their mean squares."""
-        return [name for square, name in squares_felt(self.motion.system).items() if square in self.wanted]
+        return [name for square, name in output_squares(self.motion.system).items() if square in self.wanted]
 
     def plan(self, step: float) -> Plan:
         """The plan of the coarser members of the pairs at this step, without x(0)."""
@@ -326,8 +326,10 @@ def checked_quantities(motion: Motion, quantities: Sequence[str]) -> tuple[str, 
         hint = meant(wrong, allowed) or "."
         if wrong in motion.zeros:
             hint = ": it is 0."
-        elif (felt := motion.felt.get(wrong.removesuffix("_square").removesuffix("_mean"))) is not None:
-            hint = f": {felt.reason}." if felt.reason else ": of forces and accelerations rtol controls mean squares."
+        elif (output := motion.outputs.get(wrong.removesuffix("_square").removesuffix("_mean"))) is not None:
+            hint = (
+                f": {output.reason}." if output.reason else ": of forces and accelerations rtol controls mean squares."
+            )
         raise ValueError(f"quantities must be among {few(allowed)}, not {given}{hint}")
     return names
 
@@ -349,7 +351,7 @@ def controllable(motion: Motion) -> tuple[str, ...]:
         and (name != "amplitude_mean_square" or motion.system.stiffness > 0.0)
         and (not name.startswith("damping_") or has_damping(motion.system))
     )
-    return (*moments, *squares_felt(motion.system))
+    return (*moments, *output_squares(motion.system))
 
 
 def _pilots(motion: Motion, rtol: float) -> int:

@@ -14,7 +14,6 @@ from springpot.simulation.kernel.branches import ANY, bear, close_branches, keep
 from springpot.simulation.kernel.circles import begin_turning, hold_turning, turn_with_impacts
 from springpot.simulation.kernel.contacts import NUMBERS_OF_CONTACT, drift_through_contacts, is_touched
 from springpot.simulation.kernel.excitations import MOST_SOURCES, supply_sources, wake_sources
-from springpot.simulation.kernel.feeling import MOST_FELT, feel, record_felt
 from springpot.simulation.kernel.lanes import (
     GROUP,
     INLINE,
@@ -48,6 +47,7 @@ from springpot.simulation.kernel.motion import (
     turn,
     work,
 )
+from springpot.simulation.kernel.outputs import MOST_OUTPUTS, output_of, record_outputs
 from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, number_lanes
 from springpot.simulation.kernel.reading import by_lane, fixed, from_lane, of_lane, shared
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS, begin, drift_beside_rest, elongation, hold
@@ -103,7 +103,7 @@ from springpot.simulation.kernel.tables import (
     X,
 )
 from springpot.simulation.kernel.vectors import double, load, store
-from springpot.simulation.kernel.watching import FEELS, FELT, ON_STEPS_COUNT, show_steps
+from springpot.simulation.kernel.watching import ON_STEPS_COUNT, OUTPUTS, OUTPUTS_COUNT, show_steps
 
 MOST_ROWS, MOST_NOISES, MOST_DAMPERS, MOST_TAPS, MOST_SHAKEN = 16, 16, 12, 12, 16
 MOST_STATES = 480  # of sources, of parts that yield, and of rows at rest
@@ -122,7 +122,7 @@ _four, _given = stack_array(GROUP * LANES), stack_array(MOST_SOURCES * GROUP * L
 _states, _columns = stack_array((MOST_STATES + 4) * LANES), stack_array(MOST_COLUMNS * LANES)
 _of_walls, _of_two_walls = stack_array(MOST_WALLS * LANES), stack_array(2 * MOST_WALLS * LANES)
 _few, _own = stack_array(3 * MOST_POINTS), stack_array(3 * WIDTH)
-_shown = stack_array((MOST_POINTS + MOST_ROWS + MOST_FELT) * GROUP * LANES)
+_shown = stack_array((MOST_POINTS + MOST_ROWS + MOST_OUTPUTS) * GROUP * LANES)
 _row_of_results = stack_array(1)
 
 
@@ -226,15 +226,15 @@ def _mark(K, D, T, x, v, step, low, high, o):
 
 
 @njit(**INLINE)
-def _feel(K, S, T, u, j, shown, o):
+def _outputs(K, S, T, u, j, shown, o):
     """Show the forces and accelerations of step j that observers see; the elongations are those in its kick."""
-    for k in range(S[FEELS]):
-        which = S[S[FELT] + k]
-        feel(S, T, u, which, j, beyond(shown, (GROUP * (K[POINTS] + K[ROWS] + which) + j) * LANES), o)
+    for k in range(S[OUTPUTS_COUNT]):
+        which = S[S[OUTPUTS] + k]
+        output_of(S, T, u, which, j, beyond(shown, (GROUP * (K[POINTS] + K[ROWS] + which) + j) * LANES), o)
 
 
 @njit(**INLINE)
-def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o, one):
+def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, with_outputs, o, one):
     """From one kick to the next; with ``one`` of a coordinate that turns and has no parts with code of their own."""
     if not one and K[TURNS] > 0 and K[RESTING] > 0:
         store(T.fx, o, 0.0)
@@ -259,9 +259,9 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
                 squares_beside_rest(K, T, o)
     if within:
         work(K, F, T, j, o, one)
-    rates(K, F, T, within, felt, o, one)
-    if not one and felt:
-        _feel(K, S, T, T.u, j, shown_x, o)
+    rates(K, F, T, within, with_outputs, o, one)
+    if not one and with_outputs:
+        _outputs(K, S, T, T.u, j, shown_x, o)
     if not one and K[DAMPERS] > 0:
         damp(K, D, F, T, step, yes(), within, o)
     if not one and K[RESTING] > 0 and K[DAMPERS] > 0:
@@ -287,8 +287,8 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
             take_off(K, T, o)
             ever = fly(K, F, T, S, j, 0.0, shared(F, K[STEP]), weight, later, o)
             land(K, F, T, j, ever, o)
-    if one and felt:  # nothing has changed what it looks at, and the compiler knows more of the step without it
-        _feel(K, S, T, T.u0, j, shown_x, o)
+    if one and with_outputs:  # nothing has changed what it looks at, and the compiler knows more of the step without it
+        _outputs(K, S, T, T.u0, j, shown_x, o)
 
 
 @njit(**INLINE)
@@ -411,7 +411,7 @@ def _advance(
             # sums in the sweep's precision are short; the last half of a drift before the window belongs to it
             summed = terms if low <= t + GROUP and t < high else 0
             ends = t // GROUP % SUMMED == SUMMED - 1 or t + GROUP == middle(low, high) or t + GROUP >= min(high, steps)
-            felt = (watched or recorded > 0) and S[FEELS] > 0
+            with_outputs = (watched or recorded > 0) and S[OUTPUTS_COUNT] > 0
             for o in range(0, LANES, WIDTH):
                 F_o, D_o = from_lane(F, o), from_lane(D, o)
                 for i in range(n):
@@ -428,9 +428,9 @@ def _advance(
                     step = t + j
                     within, next_within = low <= step < high, low <= step + 1 < high
                     if plain:  # the same with a constant that the compiler knows
-                        _one_step(K, D, F_o, T, S, x, v, shown_x, j, step, within, next_within, felt, o, yes())
+                        _one_step(K, D, F_o, T, S, x, v, shown_x, j, step, within, next_within, with_outputs, o, yes())
                     else:
-                        _one_step(K, D, F_o, T, S, x, v, shown_x, j, step, within, next_within, felt, o, no())
+                        _one_step(K, D, F_o, T, S, x, v, shown_x, j, step, within, next_within, with_outputs, o, no())
                     if watched:
                         _show(K, D, F_o, T, j, shown_x, shown_v, o)
                     if within:
@@ -449,10 +449,10 @@ def _advance(
                     add(T.sums, sum_of(K, TAPPED_SQUARES, k) + o, mode * mode)
             begins = ends or summed == 0
             _drive(K, F, T, t + GROUP)
-            for lane in range(min(recorded, LANES) if felt else 0):
+            for lane in range(min(recorded, LANES) if with_outputs else 0):
                 for j in range(GROUP):
                     if t + j < steps:
-                        record_felt(S, n + m, shown_x, t, j, every, lane)
+                        record_outputs(S, n + m, shown_x, t, j, every, lane)
             if watched:
                 at = (n + m) * GROUP * LANES
                 begun = sum_of(K, POWER, 0) // LANES

@@ -285,15 +285,15 @@ def kick(K, F, T, within, o, one):
 
 
 @njit(**INLINE)
-def rates(K, F, T, within, felt, o, one):
+def rates(K, F, T, within, with_outputs, o, one):
     """The rates of all rows after the kick, and the power of dampers and memory, by the means before and after it."""
     for e in range(1 if one else K[ROWS]):
         at = e * LANES + o
         new, old = stretch(K, F, e, T.v, o, one), load(T.w, at)
         store(T.w, at, new)
-        if within or felt:
+        if within or with_outputs:
             middle, pulled = 0.5 * (new + old), load(T.pull, at) + F[K[ANSWER] + e] * (new - old)
-            if felt:
+            if with_outputs:
                 store(T.pull, at, pulled)
                 store(T.middle, at, middle)
             if within:

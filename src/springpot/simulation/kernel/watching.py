@@ -42,21 +42,24 @@ ON_IMPACTS = types.void(types.float64, types.float64, types.int64, _numbers)
 """(count, speed, lane, array): ``count`` impacts at this speed."""
 
 
-TABLE = "observers", "on_steps", "on_impacts", "feels", "felt", "felt_begin", "felt_row", "numbers", "record", "points"
-"""The table of observers in the kernel: how many there are, and how many of them see steps and impacts; how many forces
-and accelerations are felt; where in the table their numbers stand, where the terms of each begin, and the row of each
-term; and the addresses of the numbers of the terms and of the record, with its points in time.  Then come OF_ONE
+TABLE = (
+    "observers", "on_steps", "on_impacts", "outputs_count", "outputs", "output_begin", "output_row", "numbers",
+    "record", "points",
+)  # fmt: skip
+"""The table of observers in the kernel: how many there are, and how many of them see steps and impacts; how many
+outputs are seen; where in the table their numbers stand, where the terms of each begin, and the row of each term; and
+the addresses of the numbers of the terms and of the record, with its points in time.  Then come OF_ONE
 integers of each observer: the two addresses (0: not called), that of its array, the groups between two calls, where in
 the arrays of x and v it looks, and the number of its wall, ALL, or PEAKS less the number of a contact.
 """
-(COUNT, ON_STEPS_COUNT, ON_IMPACTS_COUNT, FEELS, FELT, FELT_BEGIN, FELT_ROW, NUMBERS_OF_FELT, RECORD,
+(COUNT, ON_STEPS_COUNT, ON_IMPACTS_COUNT, OUTPUTS_COUNT, OUTPUTS, OUTPUT_BEGIN, OUTPUT_ROW, OUTPUT_NUMBERS, RECORD,
  RECORD_POINTS) = range(len(TABLE))  # fmt: skip
 AFTER = len(TABLE)
 OF_ONE = 6
 
 
 def table_of(
-    observers: Sequence[Sequence[int]], feels: Sequence[int], begins: Sequence[int], rows: Sequence[int],
+    observers: Sequence[Sequence[int]], outputs: Sequence[int], begins: Sequence[int], rows: Sequence[int],
     numbers: Floats, record: Floats,
 ) -> npt.NDArray[np.int64]:  # fmt: skip
     """The table of some observers, whose arrays must live as long as it is used.
@@ -65,21 +68,22 @@ def table_of(
     ----------
     observers : sequence
         OF_ONE integers of each.
-    feels : sequence of int
-        The numbers of the forces and accelerations that are seen, which `springpot.simulation.kernel.feeling` makes.
+    outputs : sequence of int
+        The numbers of the forces and accelerations that are seen, which `springpot.simulation.kernel.outputs` makes.
     begins, rows : sequence of int
         Where the terms of each force begin, and the row of each term.
     numbers : ndarray, shape (terms, NUMBERS)
     record : ndarray, shape (paths, points in time, seen)
         Of the first paths, at the kicks before those points.
     """
-    felt = AFTER + OF_ONE * len(observers)
+    first = AFTER + OF_ONE * len(observers)
+    begin = first + len(outputs)
     on_steps, on_impacts = (sum(own[which] != 0 for own in observers) for which in (0, 1))
     header = [
-        len(observers), on_steps, on_impacts, len(feels), felt, felt + len(feels), felt + len(feels) + len(begins),
+        len(observers), on_steps, on_impacts, len(outputs), first, begin, begin + len(begins),
         numbers.ctypes.data, record.ctypes.data, record.shape[1],
     ]  # fmt: skip
-    return np.array([*header, *chain.from_iterable(observers), *feels, *begins, *rows], np.int64)
+    return np.array([*header, *chain.from_iterable(observers), *outputs, *begins, *rows], np.int64)
 
 
 _call_on_steps, _call_on_impacts = calling(ON_STEPS, True), calling(ON_IMPACTS, True)

@@ -32,9 +32,9 @@ from springpot.simulation.kernel.sizes import GROUP, LANES, MOST_MODES
 from springpot.simulation.kernel.striking import FIXED, POWER
 from springpot.simulation.kernel.tables import SUMS, Tables, packed
 from springpot.simulation.lowering import sources
-from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
 from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, sums_of, taps_of
 from springpot.simulation.lowering.observers import Observer
+from springpot.simulation.lowering.outputs import OutputsInKernel, lowered_outputs
 from springpot.simulation.lowering.parts import (
     MOST_SUBSTEPS,
     SUBSTEPS,
@@ -165,7 +165,7 @@ class Parts:
     damped : dict
         The sums of the power of dampers and memory, with their factors; without ``taken_at_once``.
     readings : tuple of Reading
-    felt : FeltInKernel
+    outputs : OutputsInKernel
     """
 
     tables: Tables
@@ -191,7 +191,7 @@ class Parts:
     contacts: tuple[str, ...] = ()
     damped: Mapping[Sum, float] = field(default_factory=lambda: {("power", ""): 1.0})
     readings: tuple[Reading, ...] = ()
-    felt: FeltInKernel = field(default_factory=FeltInKernel)
+    outputs: OutputsInKernel = field(default_factory=OutputsInKernel)
 
     @property
     def columns(self) -> dict[Sum, float]:
@@ -264,9 +264,9 @@ class Parts:
         """Of an observer's array."""
         (length, speed), frequency, seen = self.units.state, self.frequency, observer.seen
         wall = 0.0 if math.isnan(seen.place) else seen.place / self.units.length
-        if seen.feels:
-            frequency, wall = self.felt.scale, self.felt.exceeding(seen.feels[0])
-        speed = self.felt.force if seen.peaks else speed * (seen.impulse or 1.0)
+        if seen.outputs:
+            frequency, wall = self.outputs.scale, self.outputs.exceeding(seen.outputs[0])
+        speed = self.outputs.force if seen.peaks else speed * (seen.impulse or 1.0)
         return [length, speed, self.units.time, frequency, wall, LANES]
 
     def room_for_states(self, many: int) -> Kept:
@@ -518,13 +518,13 @@ def compose(
         (frame.accelerations(frame.solve @ (each.brought * np.outer(each.row, each.row))), each.course)
         for each in given if each.course.size and each.brought > 0.0
     ]  # fmt: skip
-    felt = lowered_felt(
+    outputs = lowered_outputs(
         plan, frame.parts, frame.rows, frame.place, lack, frame.unit_mass / units.time**2, units.length, frame.step,
         {each.named.name: n for n, each in enumerate(given) if each.named.does == "feeds"},
         {each.law.name: (each.place, each.law.impulses[0]) for each in dampers if each.law.states}, modulated,
     )  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, frame)
-    return replace(whole, readings=readings, felt=felt)
+    return replace(whole, readings=readings, outputs=outputs)
 
 
 def _expected_in(frame: _Frame, noises: Floats, rough: Sequence[_Given]) -> Callable[[Sequence[int]], Floats] | None:

@@ -45,14 +45,14 @@ class Ensemble:
         x and v at 0 and after every ``record_every`` steps.
     observed : dict
         What each observer kept, by the observer and the name of the field.
-    felt : dict of ndarray
+    outputs : dict of ndarray
         Of the recorded paths, shape (recorded, points), by the numbers of the forces and accelerations that are seen.
     """
 
     rows: Floats
     record: Floats
     observed: Mapping[Observer, Found] = field(default_factory=dict)
-    felt: dict[int, Floats] = field(default_factory=dict)
+    outputs: dict[int, Floats] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +132,8 @@ class Simulation:
         states = self.parts.states(settings, skipped, blocks * LANES, stream)
         beginnings = [_array_of(observer, self.parts) for observer in observers]
         rooms = [_rooms(*each, blocks) for each in zip(observers, beginnings, strict=True)]
-        feels = feels_of(observers)
-        felt = np.empty((settings.record if feels else 0, settings.recorded_points, len(feels)))
+        seen = outputs_seen(observers)
+        outputs = np.empty((settings.record if seen else 0, settings.recorded_points, len(seen)))
         adding = threading.Lock()
 
         def work() -> None:
@@ -146,7 +146,7 @@ class Simulation:
                     array["lanes"] = min(LANES, settings.paths - first)
                 kernel(
                     states[some] if len(states) > 1 else states, skipped + first, count, settings,
-                    k0, k1, stream, halved, addresses_of(observers, arrays, self.parts, felt[some]), record[some],
+                    k0, k1, stream, halved, addresses_of(observers, arrays, self.parts, outputs[some]), record[some],
                     stop, rows[some],
                 )  # fmt: skip
                 for observer, (array,), room in zip(observers, arrays, rooms, strict=True):
@@ -169,12 +169,12 @@ class Simulation:
         record[:, 0] = self.parts.start_of_record(started)  # the kernel writes from t = h on
         record *= self.parts.units.state
         rows *= list(columns.values())
-        felt *= self.parts.units.state[0]
+        outputs *= self.parts.units.state[0]
         for observer, room in zip(observers, rooms, strict=True):
             room |= {name: room[name][: settings.paths] for name in observer.of_paths}
         observed = dict(zip(observers, rooms, strict=True))
         return Ensemble(
-            rows[: settings.paths], record, observed, dict(zip(feels, np.moveaxis(felt, 2, 0), strict=True))
+            rows[: settings.paths], record, observed, dict(zip(seen, np.moveaxis(outputs, 2, 0), strict=True))
         )
 
 
@@ -210,7 +210,7 @@ def _rooms(observer: Observer, array: npt.NDArray[np.void], blocks: int) -> dict
 def addresses_of(
     observers: Sequence[Observer], arrays: Sequence[npt.NDArray[Any]], parts: Parts, record: Floats = _NO_RECORD
 ) -> npt.NDArray[np.int64]:
-    """The observers as the kernel has them, with their arrays and the room for the record of what is felt."""
+    """The observers as the kernel has them, with their arrays and the room for the record of outputs."""
 
     def address(compiled: Code | None) -> int:
         return 0 if compiled is None else compiled.address
@@ -228,10 +228,10 @@ def addresses_of(
         )
         for own, array in zip(observers, arrays, strict=True)
     ]  # fmt: skip
-    felt = parts.felt
-    return table_of(each, feels_of(observers), felt.begin.tolist(), felt.row.tolist(), felt.numbers, record)
+    seen, known = outputs_seen(observers), parts.outputs
+    return table_of(each, seen, known.begin.tolist(), known.row.tolist(), known.numbers, record)
 
 
-def feels_of(observers: Sequence[Observer]) -> list[int]:
+def outputs_seen(observers: Sequence[Observer]) -> list[int]:
     """The numbers of the forces and accelerations that are seen, in the order of their record."""
-    return sorted({number for observer in observers for number in observer.seen.feels})
+    return sorted({number for observer in observers for number in observer.seen.outputs})

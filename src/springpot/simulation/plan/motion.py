@@ -19,11 +19,11 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
 from springpot.problem.catalogue import owner_of
 from springpot.problem.coordinates import product_of
-from springpot.problem.felt import Felt, felt_in
+from springpot.problem.outputs import Output, outputs_of
 from springpot.problem.parts import Barrier, Springpot
 from springpot.problem.parts.walls import Stop, restitution_at, restitution_of_missed, slow_restitution
 from springpot.problem.system import System, along
-from springpot.simulation.kernel.feeling import MOST_FELT
+from springpot.simulation.kernel.outputs import MOST_OUTPUTS
 from springpot.simulation.plan.boltzmann import BoltzmannOfModes, FromPotential, boltzmann_of_modes
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_paper import CreepOfPaper
@@ -215,9 +215,9 @@ class Motion:
         return {one.names["impact_speed"]: one for one in self.seen if "impact_speed" in one.names}
 
     @cached_property
-    def felt(self) -> dict[str, Felt]:
+    def outputs(self) -> dict[str, Output]:
         """Forces of parts and accelerations, in the order in which the kernel shows them."""
-        return felt_in(self.system)
+        return outputs_of(self.system)
 
     @property
     def of_impacts(self) -> dict[str, Seen]:
@@ -236,13 +236,13 @@ class Motion:
     @property
     def seen_by_force(self) -> list[str]:
         """What may be asked for as a force: all that is not refused."""
-        return [*(name for name, one in self.felt.items() if not one.reason), *self.of_impacts]
+        return [*(name for name, one in self.outputs.items() if not one.reason), *self.of_impacts]
 
     def is_undefined(self, seen: Seen) -> bool:
         """Whether it is of the impulses of impacts that cannot be counted, which have no mean and no distribution."""
         return bool(seen.impulse and self.uncounted_because(f"{seen.stop}_impact_rate"))
 
-    def number_felt(self, name: str) -> int:
+    def output_number(self, name: str) -> int:
         """Of a force or acceleration among all.
 
         Raises
@@ -250,11 +250,11 @@ class Motion:
         NotCoveredError
             With the reason, if it cannot be seen.
         """
-        if reason := self.felt[name].reason:
+        if reason := self.outputs[name].reason:
             raise NotCoveredError(f"{name} cannot be seen: {reason}.")
-        number = [*self.felt].index(name)
-        if number >= MOST_FELT:
-            raise NotCoveredError(f"{name} cannot be seen: only the first {MOST_FELT} forces and accelerations can.")
+        number = [*self.outputs].index(name)
+        if number >= MOST_OUTPUTS:
+            raise NotCoveredError(f"{name} cannot be seen: only the first {MOST_OUTPUTS} forces and accelerations can.")
         return number
 
     def seen_by_name(self, name: Any, argument: str, *, forces_only: bool = False) -> Seen:
@@ -280,16 +280,16 @@ class Motion:
             return replace(moving[name], names={"x": name})
         if isinstance(name, str) and name in touches:
             return touches[name]
-        if not isinstance(name, str) or name not in self.felt:
+        if not isinstance(name, str) or name not in self.outputs:
             wall = name.removesuffix("_force") if isinstance(name, str) else ""
             if wall in self.system.walls and name != wall:
                 raise NotCoveredError(f"{name} cannot be seen: a rigid wall gives impulses, which last no time; "
                                       f"{wall}_force_mean, their momentum per time, is in every run.")  # fmt: skip
             what = "force or acceleration" if forces_only else "displacement, force or acceleration"
-            near = self.near(name, [*moving, *(self.seen_by_force if forces_only else self.felt)])
+            near = self.near(name, [*moving, *(self.seen_by_force if forces_only else self.outputs)])
             raise ValueError(f"{argument} has {shown(name)}, which is no {what}{near}")
-        number = self.number_felt(name)
-        return Seen({"x": name}, self.displacements_shown + number, feels=(number,))
+        number = self.output_number(name)
+        return Seen({"x": name}, self.displacements_shown + number, outputs=(number,))
 
     def near(self, name: Any, known: Sequence[str]) -> str:
         """What an unknown name may have meant, or which there are; of two masses, that nothing acts between them."""
@@ -303,7 +303,7 @@ class Motion:
 
     @property
     def displacements_shown(self) -> int:
-        """How many displacements the kernel shows before what is felt: of coordinates, and of all rows."""
+        """How many displacements the kernel shows before the outputs: of coordinates, and of all rows."""
         at = self.system.coordinates
         return len(at.names) + len(at.numbers)
 
@@ -333,10 +333,10 @@ class Motion:
         w = np.maximum(modes.frequency, lowest)
         if by_energy:
             shares = w
-        elif seen.feels:
-            felt, parts = [*self.felt.values()][seen.feels[0]], self.system.elements
+        elif seen.outputs:
+            output, parts = [*self.outputs.values()][seen.outputs[0]], self.system.elements
             of_parts = [share * (rows[n] @ modes.shapes) * [parts[n].modulus(1j * each) for each in w]
-                        for n, share in felt.shares.items()]  # fmt: skip
+                        for n, share in output.shares.items()]  # fmt: skip
             shares = np.abs(sum(of_parts))
         else:
             shares = np.abs(seen.row @ modes.shapes) * (w if of_speed else 1.0)

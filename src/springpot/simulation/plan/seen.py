@@ -33,8 +33,8 @@ class Seen:
         below.
     low, high : float
         Between which rigid walls keep it.
-    feels : tuple of int
-        The number of a force or an acceleration among all that are felt; empty of a displacement.
+    outputs : tuple of int
+        The number of a force or an acceleration among all outputs; empty of a displacement.
     peaks : bool
         Whether the impacts are the touches of a contact, with their largest forces in place of speeds.
     impulse : float
@@ -49,7 +49,7 @@ class Seen:
     side: float = 1.0
     low: float = -math.inf
     high: float = math.inf
-    feels: tuple[int, ...] = ()
+    outputs: tuple[int, ...] = ()
     peaks: bool = False
     impulse: float = 0.0
 

@@ -33,8 +33,8 @@ from springpot.simulation.kernel.kept import Code
 from springpot.simulation.kernel.sizes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS
 from springpot.simulation.lowering.compose import Parts
-from springpot.simulation.lowering.felt import roughness_in_steps
 from springpot.simulation.lowering.observers import Observer
+from springpot.simulation.lowering.outputs import roughness_in_steps
 from springpot.simulation.plan.motion import ModesNear, Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
@@ -102,14 +102,14 @@ def quantity_of(
         if name in motion.levels or is_taken(motion.system, str(name)):
             raise ValueError(f"{argument} cannot call a function {shown(name)}: there is a quantity of that name.")
         observer = mean_of(motion, name, function, "state", most=_MOST)
-        return Quantity(name, "", "own", Seen(feels=observer.seen.feels), observer)
+        return Quantity(name, "", "own", Seen(outputs=observer.seen.outputs), observer)
     known = motion.levels | {name: ("impact_speed", each) for name, each in motion.speeds.items()}
-    if name not in known and name in motion.felt:
+    if name not in known and name in motion.outputs:
         return Quantity(
             name, unit_of_result(motion.system, f"{name}_mean"), "force", motion.seen_by_name(name, argument)
         )
     if name not in known:
-        near = motion.near(name, [*known, *motion.felt])
+        near = motion.near(name, [*known, *motion.outputs])
         a, b, *_ = (*(name for name, (kind, _) in motion.levels.items() if kind == "x"), "")
         if b:
             near += f' Anything else is a function: {{"difference": (lambda {a}, {b}: {a} - {b}, levels)}}.'
@@ -219,7 +219,7 @@ def asked_of(plan: Plan, parts: Parts, quantity: Quantity, levels: Floats, sign:
     rooms, shares = np.concatenate([np.full(MARKS * LANES, -np.inf), np.zeros(3 * LANES)]), np.zeros(0)
     if motion.is_modulated and (own[_of(_OVER)] > 0.0 or own[_of(_SQUARES)] > 0.0):
         shared[_IN_STEPS - _FIRST] = _CONSTANTS + by_lane.size
-        shares = np.pad(roughness_in_steps(plan, parts.felt, seen), (0, GROUP), mode="edge")
+        shares = np.pad(roughness_in_steps(plan, parts.outputs, seen), (0, GROUP), mode="edge")
     initial = np.concatenate([shared, rooms, by_lane, shares])
     on_energy, on_modes, on_steps, on_impacts = _compiled()
     nearness = Observer(Seen(), on_energy if modes is None else on_modes, None, initial)
@@ -290,11 +290,11 @@ def _constants(
         found[_of(at) : _of(at) + np.size(value)] = value
 
     if kind == "force":
-        over = parts.felt.exceeding(seen.feels[0])
+        over = parts.outputs.exceeding(seen.outputs[0])
     else:  # by which noise lets velocities exceed the observed ones
         over = SHIFT * math.sqrt(motion.intensity_of(seen) * plan.settings.step) / units.speed
     put(_COSINE, (1.0, 0.0, 0.0) if kind == "force" else parts.half_drift)
-    put(_SLOW, 1.0 / (parts.felt.scale if seen.feels else parts.frequency))
+    put(_SLOW, 1.0 / (parts.outputs.scale if seen.outputs else parts.frequency))
     put(_CENTRE, 0.0 if kind == "force" else parts.place)
     put(_LOWEST, sorted(end / units.length for end in (seen.low, seen.high)))
     put(_SCALE, 1.0)

@@ -16,9 +16,9 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import per_cent, with_error
 from springpot.machine.plain import plain
 from springpot.machine.progress import COMPILATION, Clock, Estimate, FractionDone, OutOfTimeError
-from springpot.problem.felt import about_shocks
 from springpot.problem.messages import Message, say
-from springpot.simulation.lowering.felt import about_contacts
+from springpot.problem.outputs import about_shocks
+from springpot.simulation.lowering.outputs import about_contacts
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, UPPER, spread_by_logarithms
 from springpot.simulation.rare.asked import Asked
@@ -515,9 +515,9 @@ class _Repetitions:
 
     def _doubts(self, p: Floats, error: Floats, low: Floats, high: Floats, reason: str) -> list[Message]:
         rtol, of = self.rtol, {"name": self.asked.name, "unit": self.asked.unit}
-        motion, seen = self.simulation.motion, {k for each in self.asked.observers for k in each.seen.feels}
+        motion, seen = self.simulation.motion, {k for each in self.asked.observers for k in each.seen.outputs}
         said = about_shocks(motion.system, [self.asked.name], {})
-        said += about_contacts(motion, self.simulation.settings.step, [[*motion.felt][k] for k in sorted(seen)], {})
+        said += about_contacts(motion, self.simulation.settings.step, [[*motion.outputs][k] for k in sorted(seen)], {})
         if not p.all():
             n = int(np.argmin(p))
             said.append(say("level_not_reached", **of, level=self.asked.given[n], most=high[n]))

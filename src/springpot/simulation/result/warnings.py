@@ -288,7 +288,7 @@ def about_forces(simulation: Simulation, names: Iterable[str], values: Values) -
     """
     found = []
     for name in names:
-        lacking, whole = simulation.parts.felt.lacking[name], values[f"{name}_mean_square"]
+        lacking, whole = simulation.parts.outputs.lacking[name], values[f"{name}_mean_square"]
         if lacking > MOST_LACKING * whole:
             found.append(say("force_over_steps", name=name, share=per_cent(lacking / whole)))
     return found

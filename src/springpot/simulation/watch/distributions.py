@@ -65,8 +65,8 @@ class Sketch(Request):
     def of(cls, seen: Seen, motion: Motion, settings: Settings) -> Sketch:
         """Of this one; samples are about ``SAMPLING`` of the shortest time scale apart."""
         every = max(1, int(SAMPLING / (GROUP * settings.step * motion.scales.fastest_rate)))
-        on_steps, on_impacts = (_compiled_of_force(), None) if seen.feels else _compiled()
-        initial = np.zeros((), _OF_FORCE if seen.feels else _LAYOUT)
+        on_steps, on_impacts = (_compiled_of_force(), None) if seen.outputs else _compiled()
+        initial = np.zeros((), _OF_FORCE if seen.outputs else _LAYOUT)
         return cls((Observer(seen, on_steps, on_impacts, initial, of_batches=(*seen.names,), every=every),))
 
     @classmethod
@@ -83,9 +83,9 @@ class Sketch(Request):
         """From counts of batches, shape (batches, bins), by the names of one mass."""
         units, seen, motion = simulation.parts.units, self.observer.seen, simulation.motion
         header = dict(zip(HEADER, simulation.parts.header_of(self.observer), strict=True))
-        place = 0.0 if seen.feels else units.state[0] * header["wall"] + 0.0  # of a single wall
+        place = 0.0 if seen.outputs else units.state[0] * header["wall"] + 0.0  # of a single wall
         x, v = units.state
-        x = x / header["frequency"] if seen.feels else x
+        x = x / header["frequency"] if seen.outputs else x
         scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": header["speed"]}
         distributions = {}
         for name, called in seen.names.items():

@@ -39,7 +39,7 @@ from springpot.simulation.kernel.kept import Code
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, OF_USER
 from springpot.simulation.kernel.watching import ON_IMPACTS, ON_STEPS
 from springpot.simulation.lowering.compose import Parts
-from springpot.simulation.lowering.felt import roughness_in_steps
+from springpot.simulation.lowering.is_output import roughness_in_steps
 from springpot.simulation.lowering.observers import Observer, begins, layout
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.plan import Plan
@@ -134,14 +134,14 @@ class FirstPassages(Request):
         motion = plan.motion
         reference = math.nan
         quantity, seen = motion.levels.get(name) or ("", next(own for _, own in motion.levels.values()))
-        if name in motion.felt:
+        if name in motion.outputs:
             quantity, seen = "force", motion.seen_by_name(name, "first_passage")
         if not quantity and motion.arguments:
             if isinstance(given, tuple | list) and any(map(callable, given)):
                 raise ValueError(
                     f"first_passage of {shown(name)} cannot be of a function of your own, which is for one mass."
                 )
-            near = motion.near(name, sorted({*motion.levels, *motion.felt}))
+            near = motion.near(name, sorted({*motion.levels, *motion.outputs}))
             raise ValueError(f"first_passage has {shown(name)}, which is nothing that can pass a level{near}")
         if not quantity:
             function, given = _observable(plan, name, given)
@@ -172,9 +172,9 @@ class FirstPassages(Request):
                 sign = _direction(plan, name, quantity, seen, level) if quantity in _SIZES else 1.0
                 way = quantity, sign, reference
             found.setdefault(way, []).append((level, place))
-        unit = unit_of_result(plan.system, name) if seen.feels else LEVELS.get(quantity, "")
+        unit = unit_of_result(plan.system, name) if seen.outputs else LEVELS.get(quantity, "")
         # the state at time 0 counts, unless it is not known or there is no force yet
-        at_once = plan.settings.window_steps[0] == 0 and plan.settings.initial_position is not None and not seen.feels
+        at_once = plan.settings.window_steps[0] == 0 and plan.settings.initial_position is not None and not seen.outputs
         observers, ways = list[Observer](), list[Way]()
         for (kind, sign, middle), own in found.items():
             own.sort(key=lambda each, sign=sign: sign * each[0])  # type: ignore[misc]
@@ -218,7 +218,7 @@ def _initial(
     middle = 0.0 if math.isnan(reference) else reference
 
     def initial(parts: Parts) -> npt.NDArray[np.void]:
-        shares = roughness_in_steps(plan, parts.felt, seen) if motion.is_modulated else np.zeros(0)
+        shares = roughness_in_steps(plan, parts.outputs, seen) if motion.is_modulated else np.zeros(0)
         kind = _layout(len(levels), shares.size)
         array = np.zeros((), kind)
         array["level"], array["levels"], array["times"], array["shares"] = kernels[0], kernels, -1.0, shares
@@ -226,7 +226,7 @@ def _initial(
             x, v = motion.start_of(seen, settings.initial_position, settings.initial_velocity)
             array["known"], array["x"], array["v"] = 1.0, x, v
         array["count"], array["sign"], array["reference"], array["omega"] = len(levels), sign, middle, frequency
-        array["root"] = 1.0 if seen.feels else SHIFT * math.sqrt(motion.intensity_of(seen) * settings.step)
+        array["root"] = 1.0 if seen.outputs else SHIFT * math.sqrt(motion.intensity_of(seen) * settings.step)
         array["side"], array["slack"] = seen.side, ROUNDED * (np.abs(kernels).max() + abs(middle))
         array["times_at"], shares_at = begins(kind, "times", "shares")
         array["shares_at"] = shares_at if shares.size else 0
@@ -271,7 +271,7 @@ def _direction(plan: Plan, name: str, quantity: str, seen: Seen, level: float) -
 
     Of a force or an acceleration, which no start has: if it is not negative.
     """
-    if seen.feels:
+    if seen.outputs:
         return 1.0 if level >= 0.0 else -1.0
     motion, settings = plan.motion, plan.settings
     x, v = motion.start_of(seen, settings.initial_position, settings.initial_velocity)
@@ -387,7 +387,7 @@ def _compiled_of(name: str) -> tuple[Code, Code]:
         "amplitude": (_energy, _noise_in_energy, None),
         "energy": (_energy, _noise_in_energy, None),
     }[name]
-    return _compiled(value, shift, slope, felt="force" in name)
+    return _compiled(value, shift, slope, is_output="force" in name)
 
 
 @njit(**INLINE)
@@ -404,10 +404,10 @@ def _inside(before, after, slope_before, slope_after, h):
     return h * s * (1.0 - math.sqrt(top / (top - before)))
 
 
-def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: bool = False) -> tuple[Code, Code]:
+def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, is_output: bool = False) -> tuple[Code, Code]:
     """``on_steps`` and ``on_impacts`` for a quantity that has passed the level if ``value`` is not negative.
 
-    ``timed``: whether it depends on the time; ``felt``: whether it is a force or an acceleration.
+    ``timed``: whether it depends on the time; ``is_output``: whether it is a force or an acceleration.
     """
     smooth = slope is not None
     slope = _x_slope if slope is None else slope
@@ -417,7 +417,7 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: 
         """Look at each step of a group for one lane."""
         count, times = int(array[_COUNT]), int(array[_TIMES_AT])
         sign, reference, root, omega = array[_SIGN], array[_REFERENCE], array[_ROOT], array[_OMEGA]
-        whole = root * abs(array[_LENGTH] * array[_WALL]) if felt else root
+        whole = root * abs(array[_LENGTH] * array[_WALL]) if is_output else root
         in_steps, last = int(array[_SHARES_AT]), min(high - n, GROUP) - 1
         number, level = int(array[_NEXT + lane]), array[_LEVEL + lane]
         for j in range(GROUP):
@@ -474,7 +474,7 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: 
         # most groups of most lanes stay below the level: vector code tells which do not
         length, scale = array[_LENGTH], array[_SPEED]
         sign, reference, root, omega = array[_SIGN], array[_REFERENCE], array[_ROOT], array[_OMEGA]
-        root = root * abs(length * array[_WALL]) if felt else root
+        root = root * abs(length * array[_WALL]) if is_output else root
         if in_steps > 0:
             begin = in_steps + n
             root *= max(max(array[begin], array[begin + 1]), max(array[begin + 2], array[begin + 3]))

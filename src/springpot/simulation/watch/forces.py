@@ -44,7 +44,7 @@ def seen_forces(plan: Plan, wishes: Mapping[str, Any]) -> tuple[Seen, ...]:
         )
     found = [motion.seen_by_name(name, "forces", forces_only=True) for name in names]
     found = [*{(*seen.names.values(),): seen for seen in found}.values()]
-    points = settings.record * settings.recorded_points * sum(bool(seen.feels) for seen in found)
+    points = settings.record * settings.recorded_points * sum(bool(seen.outputs) for seen in found)
     if points > MOST_RECORDED:
         raise ValueError(
             f"record asks for {points:,} points of forces, but at most {MOST_RECORDED:,} are stored: use a larger "
@@ -67,9 +67,9 @@ class Moments(Request):
     @classmethod
     def of(cls, seen: Seen) -> Moments:
         """Of this one."""
-        if not seen.feels:
+        if not seen.outputs:
             return cls((counted(seen),))
-        return cls((Observer(seen, _on_felt(), None, np.zeros((), _LAYOUT), of_paths=("sum", "squares")),))
+        return cls((Observer(seen, _on_outputs(), None, np.zeros((), _LAYOUT), of_paths=("sum", "squares")),))
 
     def in_full(self, settings: Settings) -> bool:
         return bool(settings.record)
@@ -81,19 +81,19 @@ class Moments(Request):
         sums = {of: own / (high - low) for of, own in ensemble.observed[self.observer].items()}
         if motion.is_undefined(seen):
             sums = {of: np.full_like(own, np.nan) for of, own in sums.items()}
-        if not seen.feels:
+        if not seen.outputs:
             ends = ("mean", "speeds"), ("mean_square", "squares")
             return {"estimates": {f"{name}_{end}": ratio(sums[of], sums["number"]) for end, of in ends}}
-        square = sums["squares"] + simulation.parts.felt.lacking[name]
+        square = sums["squares"] + simulation.parts.outputs.lacking[name]
         for end, samples in (("mean", sums["sum"]), ("mean_square", square)):
             if (own := f"{name}_{end}") not in possible_results(motion.system):
                 found[own] = float(samples.mean()), samples
-        recorded = {name: ensemble.felt[seen.feels[0]]} if simulation.settings.record else {}
+        recorded = {name: ensemble.outputs[seen.outputs[0]]} if simulation.settings.record else {}
         return {"estimates": found, "forces": recorded}
 
 
 @cache
-def _on_felt() -> Any:
+def _on_outputs() -> Any:
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
         scale = array[_LENGTH]

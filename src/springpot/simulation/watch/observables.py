@@ -97,13 +97,15 @@ def mean_of(
         raise TypeError(f"observable {name!r} must be a function of {wanted}, not {given}: wrap it in a lambda.")
     own, seen = getattr(function, "py_func", function), Seen(stop="")
     takes: tuple[tuple[str, int], ...] = ("t", 0), ("x", 0), ("v", 0)
-    if kind == "state" and (motion.arguments or not motion.felt.keys().isdisjoint(inspect.signature(own).parameters)):
+    if kind == "state" and (
+        motion.arguments or not motion.outputs.keys().isdisjoint(inspect.signature(own).parameters)
+    ):
         first = motion.displacements_shown
-        felt = {word: ("x", first + number) for number, word in enumerate(motion.felt)}
-        known = (motion.arguments or {word: (word, 0) for word in "txv"}) | felt
+        outputs = {word: ("x", first + number) for number, word in enumerate(motion.outputs)}
+        known = (motion.arguments or {word: (word, 0) for word in "txv"}) | outputs
         words = _arguments(name, own, known)
         takes = tuple(known[word] for word in words)
-        seen = replace(seen, feels=tuple(motion.number_felt(word) for word in words if word in felt))
+        seen = replace(seen, outputs=tuple(motion.output_number(word) for word in words if word in outputs))
     elif kind == "impact":
         stops = {"speed": "", **{f"{stop}_impact_speed": stop for stop in motion.touched}}
         words = [*inspect.signature(own).parameters]

@@ -126,7 +126,7 @@ class Bins(Request):
     @classmethod
     def asked(cls, plan: Plan, wishes: Mapping[str, Any]) -> Iterator[Bins]:
         motion, slowest = plan.motion, wishes.get("slowest_counted_impact")
-        moved = [*motion.seen, *(seen for seen in seen_forces(plan, wishes) if seen.feels)]
+        moved = [*motion.seen, *(seen for seen in seen_forces(plan, wishes) if seen.outputs)]
         fast = {} if slowest is None else motion.speeds
         edges = _checked_edges(wishes["profile"], plan.settings, len(moved) + len(fast) + 1)
         for seen in moved:

@@ -57,15 +57,15 @@ _MOST_WAITING = (DEPTH + GROUP) * LANES  # all that may be closed in four steps
 _LAYOUT = layout(
     cycles=LANES, damage=(MOST_CURVES, LANES),  # of each path, the latter by each curve
     ranges=BINS, peaks=2 * BINS, valleys=2 * BINS,  # counts
-    exponents=MOST_CURVES, feels=(), low=(), high=(),  # whether it is a force or an acceleration; walls
-    last=LANES, rate=LANES,  # x and v after the last step, or what is felt in the last two
+    exponents=MOST_CURVES, is_output=(), low=(), high=(),  # whether it is a force or an acceleration; walls
+    last=LANES, rate=LANES,  # x and v after the last step, or an output in the last two
     struck=LANES,  # how long an impact is remembered
     size=LANES, stack=(LANES, DEPTH),
     waiting=(), range=_MOST_WAITING, weight=_MOST_WAITING, whose=_MOST_WAITING,  # closed ranges, not counted yet
 )  # fmt: skip
-(_LENGTH, _SCALE, _PATHS, _CYCLES, _DAMAGE, _RANGES, _PEAKS, _VALLEYS, _EXPONENTS, _FELT, _LOW, _HIGH, _LAST, _RATE,
- _STRUCK, _SIZE, _STACK, _WAITING, _RANGE, _WEIGHT, _WHOSE) = begins(
-    _LAYOUT, "length", "frequency", "lanes", "cycles", "damage", "ranges", "peaks", "valleys", "exponents", "feels",
+(_LENGTH, _SCALE, _PATHS, _CYCLES, _DAMAGE, _RANGES, _PEAKS, _VALLEYS, _EXPONENTS, _IS_OUTPUT, _LOW, _HIGH, _LAST,
+ _RATE, _STRUCK, _SIZE, _STACK, _WAITING, _RANGE, _WEIGHT, _WHOSE) = begins(
+    _LAYOUT, "length", "frequency", "lanes", "cycles", "damage", "ranges", "peaks", "valleys", "exponents", "is_output",
     "low", "high", "last", "rate", "struck", "size", "stack", "waiting", "range", "weight", "whose",
 )  # fmt: skip
 _REMEMBERED = 2.0  # groups in which an impact may show
@@ -124,10 +124,10 @@ class Cycles(Request):
     @classmethod
     def of(cls, motion: Motion, seen: Seen, curves: tuple[Basquin, ...]) -> Cycles:
         """Of this one; the impacts on any wall make velocities jump, not only those on its own."""
-        hard = not seen.feels and bool(motion.system.walls)
+        hard = not seen.outputs and bool(motion.system.walls)
         initial = np.zeros((), _LAYOUT)
         initial["exponents"][: len(curves)] = [curve.exponent for curve in curves]
-        initial["feels"], initial["low"], initial["high"] = bool(seen.feels), seen.low, seen.high
+        initial["is_output"], initial["low"], initial["high"] = bool(seen.outputs), seen.low, seen.high
         own = Observer(
             replace(seen, stop="" if hard else None), *_compiled(), initial,
             of_paths=("cycles", "damage"), of_batches=("ranges", "peaks", "valleys"),
@@ -138,7 +138,7 @@ class Cycles(Request):
     def longest_step(cls, motion: Motion, wishes: Mapping[str, Any]) -> float:
         """A force is behind a wall as steep as an impact."""
         given = wishes["rainflow"]
-        of_forces = isinstance(given, Mapping) and any(name in motion.felt for name in given)
+        of_forces = isinstance(given, Mapping) and any(name in motion.outputs for name in given)
         return FINE / motion.scales.fastest_rate if of_forces else math.inf
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
@@ -148,7 +148,7 @@ class Cycles(Request):
         name, system = seen.names["x"], simulation.plan.system
         low, high = settings.window_steps
         time = (high - low) * settings.step
-        unit = parts.units.length / (parts.felt.scale if seen.feels else 1.0)
+        unit = parts.units.length / (parts.outputs.scale if seen.outputs else 1.0)
         rate = sums["cycles"] / time
         found = {f"{name}_cycle_rate": (float(rate.mean()), rate)}
         for number, curve in enumerate(self.curves):
@@ -172,7 +172,7 @@ def _check_smooth(motion: Motion, name: str, curves: Sequence[Basquin]) -> None:
     Under white noise v is Brownian, so that the force of a springpot is Hölder continuous of the order 3/2 - alpha.
     """
     parts, rows = dict(motion.system.named()), motion.system.coordinates.elongations
-    for part in motion.felt[name].shares if name in motion.felt else ():
+    for part in motion.outputs[name].shares if name in motion.outputs else ():
         own = parts[part]  # of the derivative in its force:
         order = own.order if isinstance(own, Springpot) else float(isinstance(own, Dashpot | PolynomialDashpot))
         least, lowest = 1.0 / (1.5 - order), min(curve.exponent for curve in curves)
@@ -304,22 +304,22 @@ _marks = stack_array(LANES)
 def _compiled() -> tuple[Any, Any]:
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
-        felt = array[_FELT] > 0.0
+        is_output = array[_IS_OUTPUT] > 0.0
         sign = math.copysign(1.0, array[_LENGTH])
-        scale = sign * array[_SCALE] if felt else sign
+        scale = sign * array[_SCALE] if is_output else sign
         begin, end, waiting = max(low - n, 0), min(high - n, GROUP), int(array[_WAITING])
         if n <= low:
             for lane in range(LANES):
                 here = x[begin * LANES + lane]
                 array[_STACK + lane * DEPTH], array[_SIZE + lane] = scale * here, 1.0
-                array[_LAST + lane], array[_RATE + lane] = here, here if felt else v[begin * LANES + lane]
+                array[_LAST + lane], array[_RATE + lane] = here, here if is_output else v[begin * LANES + lane]
         # vector code marks the steps in which a lane turns
         turned = _marks(i8(0))
         for lane in range(LANES):
             turned[lane] = 0
         for j in range(begin, end):
-            last = _earlier(x if felt else v, array, _RATE, j, begin)
-            if felt:
+            last = _earlier(x if is_output else v, array, _RATE, j, begin)
+            if is_output:
                 before = _earlier(x, array, _RATE if j > begin else _LAST, j - 1, begin)
                 for lane in range(LANES if n + j > low + 1 else 0):  # the first value has none before it
                     a, b, c = scale * before[lane], scale * last[lane], scale * x[j * LANES + lane]
@@ -336,8 +336,8 @@ def _compiled() -> tuple[Any, Any]:
             while steps != u64(0):
                 j = lowest_bit(steps)
                 steps &= steps - u64(1)
-                here, last = x[j * LANES + lane], _earlier(x if felt else v, array, _RATE, j, begin)[lane]
-                if felt:
+                here, last = x[j * LANES + lane], _earlier(x if is_output else v, array, _RATE, j, begin)[lane]
+                if is_output:
                     before = _earlier(x, array, _RATE if j > begin else _LAST, j - 1, begin)[lane]
                     point, upper = _bent(scale * before, scale * last, scale * here)
                 else:
@@ -350,8 +350,8 @@ def _compiled() -> tuple[Any, Any]:
                 waiting = _put(array, lane, point, waiting)
         if end == GROUP:
             for lane in range(LANES):
-                array[_LAST + lane] = x[(2 if felt else 3) * LANES + lane]
-                array[_RATE + lane] = x[3 * LANES + lane] if felt else v[3 * LANES + lane]
+                array[_LAST + lane] = x[(2 if is_output else 3) * LANES + lane]
+                array[_RATE + lane] = x[3 * LANES + lane] if is_output else v[3 * LANES + lane]
         for lane in range(LANES):
             array[_STRUCK + lane] = greater(array[_STRUCK + lane] - 1.0, 0.0)
         if n + GROUP >= high:

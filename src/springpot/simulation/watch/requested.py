@@ -106,13 +106,13 @@ class Requested:
         return tuple(observer for request in self.requests for observer in request.observers)
 
     @property
-    def felt_names(self) -> list[str]:
+    def output_names(self) -> list[str]:
         """Forces and accelerations of which anything is wanted."""
-        return _felt(self.observers)
+        return _outputs(self.observers)
 
     def seen_in_full(self, settings: Settings) -> list[str]:
         """Those with more than moments."""
-        return _felt(own for each in self.requests if each.in_full(settings) for own in each.observers)
+        return _outputs(own for each in self.requests if each.in_full(settings) for own in each.observers)
 
     def counts_instead(self, motion: Motion) -> bool:
         """Whether all that is asked of impacts without a rate is of those that are not slow, which have one."""
@@ -128,9 +128,9 @@ class Requested:
         return found
 
 
-def _felt(observers: Iterable[Observer]) -> list[str]:
+def _outputs(observers: Iterable[Observer]) -> list[str]:
     seen = (observer.seen for observer in observers)
-    return [*dict.fromkeys(own.names["x"] for own in seen if own.feels and "x" in own.names)]
+    return [*dict.fromkeys(own.names["x"] for own in seen if own.outputs and "x" in own.names)]
 
 
 def _asked_for(arguments: Container[str]) -> list[type[Request]]:
@@ -149,7 +149,7 @@ def requested(plan: Plan, wishes: Mapping[str, Any]) -> Requested:
         One sentence, before the simulation: an invalid name or frequency, or a function that cannot be compiled.
     """
     found = Requested(tuple(request for kind in _asked_for(wishes) for request in kind.asked(plan, wishes)))
-    if plan.settings.scheme == "grunwald" and any(observer.seen.feels for observer in found.observers):
+    if plan.settings.scheme == "grunwald" and any(observer.seen.outputs for observer in found.observers):
         raise ValueError("forces and accelerations are seen with the default scheme only: leave out scheme.")
     return found
 

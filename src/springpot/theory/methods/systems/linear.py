@@ -16,7 +16,7 @@ from springpot.machine.arguments import LARGEST, finite_number, items_of, one_of
 from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, listed, shown
 from springpot.problem.coordinates import Coordinates
-from springpot.problem.felt import felt_in
+from springpot.problem.outputs import outputs_of
 from springpot.problem.parts import (
     CloughPenzienNoise,
     ColoredNoise,
@@ -37,7 +37,7 @@ from springpot.problem.parts.registration import Element
 from springpot.problem.parts.springpots import order_at_rest, springpot_in
 from springpot.problem.system import System, checked_system
 from springpot.theory.coverage import DAMPERS, INERTIA, MEMORY, SPRINGS, Coverage
-from springpot.theory.methods.systems.felt import felt_mean, felt_mean_square, felt_spectrum
+from springpot.theory.methods.systems.outputs import output_mean, output_mean_square, output_spectrum
 from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.frequencies import integrals, resonances
 from springpot.theory.result import Moments, Result, moments_of
@@ -338,9 +338,9 @@ class LinearResponse(Result):
     def _spectrum(self, of: str) -> Callable[[Floats], Floats]:
         """The spectral density at frequencies w >= 0: what an integral asks many times."""
         _ = self.moments
-        if text(of, "of") in felt_in(self.system):
-            return felt_spectrum(self.system, self.companion, of)
-        row = self._row(of, *felt_in(self.system))[None, :]
+        if text(of, "of") in outputs_of(self.system):
+            return output_spectrum(self.system, self.companion, of)
+        row = self._row(of, *outputs_of(self.system))[None, :]
         return lambda w: np.asarray(_quadratic(self.companion, w, row)[..., 0, 0].real)
 
     def mean_square(self, of: str) -> float:
@@ -378,7 +378,7 @@ class LinearResponse(Result):
         (0.9629, 9.6609)
         """
         _ = self.moments
-        return felt_mean_square(self.system, self.companion, text(of, "of"))
+        return output_mean_square(self.system, self.companion, text(of, "of"))
 
     def spectral_moments(self, orders: Sequence[float], of: str = "") -> dict[float, float]:
         """Integrals of the spectral density times w to some powers, over all frequencies; infinite where they are.
@@ -512,9 +512,9 @@ class LinearResponse(Result):
         >>> sp.theory.linear(hung).mean(), sp.theory.linear(hung).mean("spring_force")
         (-0.5, -4.0)
         """
-        if text(of, "of") in felt_in(self.system):
-            return felt_mean(self.system, self.companion, of)
-        row = self._row(of, *felt_in(self.system))
+        if text(of, "of") in outputs_of(self.system):
+            return output_mean(self.system, self.companion, of)
+        row = self._row(of, *outputs_of(self.system))
         return float(row @ self.companion.at_rest)
 
     @np.errstate(all="ignore")  # of what is not finite
@@ -594,12 +594,12 @@ class LinearResponse(Result):
             found[one, other] = found[other, one] = (2.0 * half - 1.0) * size[one] * size[other]
         return np.asarray(found)
 
-    def _row(self, of: str, *felt: str) -> Floats:
-        """The row of a displacement or an elongation; ``felt``: what else the caller takes."""
+    def _row(self, of: str, *outputs: str) -> Floats:
+        """The row of a displacement or an elongation; ``outputs``: what else the caller takes."""
         at = self.system.coordinates
         if text(of, "of") in (known := {**at.elongations, **at.called}):
             return known[of]
-        raise ValueError(f"of must be one of {listed([*at.points, *at.elongations, *felt], 'or')}{_not_one(of)}.")
+        raise ValueError(f"of must be one of {listed([*at.points, *at.elongations, *outputs], 'or')}{_not_one(of)}.")
 
     def _push(self, on: str) -> Floats:
         at = self.system.coordinates

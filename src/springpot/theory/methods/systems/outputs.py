@@ -12,13 +12,13 @@ import numpy as np
 
 from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
-from springpot.problem.felt import felt_in
+from springpot.problem.output import outputs_of
 from springpot.problem.system import System
 
 _NOTHING = 1e-12  # of what moves with the ground, of an acceleration without a white part
 
 
-class _Felt:
+class _Output:
     """A force or an absolute acceleration of a linear system, by what each unit of excitation makes of it.
 
     Of an acceleration a force on a mass has a part that passes at once, M^-1 f; the acceleration of the ground has
@@ -26,17 +26,21 @@ class _Felt:
     """
 
     def __init__(self, system: System, companion: Any, of: str) -> None:
-        at, parts, known = companion.coordinates, dict(system.named()), felt_in(system)
+        at, parts, known = companion.coordinates, dict(system.named()), outputs_of(system)
         if of not in known:
             near = meant(str(of), known) or f"; there are {few([*known])}."
             raise ValueError(f"{shown(of)} is no force or acceleration{near}")
-        felt = known[of]
-        self.companion, self.force = companion, felt.row is None
-        self.row = np.zeros(len(at.names)) if felt.row is None else felt.row
-        if self.force and felt.unseen:
-            raise NotCoveredError(f"the force of {listed(felt.unseen)} is not covered: it has what white noise brings.")
-        self.parts = [(parts[n], share * at.elongations[n]) for n, share in felt.shares.items() if n in at.elongations]
-        lossy = [n for n in (felt.shares if self.force else system.elements) if parts[n].dissipates]
+        output = known[of]
+        self.companion, self.force = companion, output.row is None
+        self.row = np.zeros(len(at.names)) if output.row is None else output.row
+        if self.force and output.unseen:
+            raise NotCoveredError(
+                f"the force of {listed(output.unseen)} is not covered: it has what white noise brings."
+            )
+        self.parts = [
+            (parts[n], share * at.elongations[n]) for n, share in output.shares.items() if n in at.elongations
+        ]
+        lossy = [n for n in (output.shares if self.force else system.elements) if parts[n].dissipates]
         if lossy and companion.temperature > 0.0:
             raise NotCoveredError(f"the matched noise of {listed(lossy)} in {of} has no finite mean square.")
         if companion.multiplied or companion.parametric:
@@ -86,33 +90,33 @@ class _Felt:
         return np.asarray(sum((part.modulus(0.0) * row for part, row in self.parts), np.zeros(len(self.row))))
 
 
-def felt_spectrum(system: System, companion: Any, of: str) -> Callable[[Floats], Floats]:
+def output_spectrum(system: System, companion: Any, of: str) -> Callable[[Floats], Floats]:
     """The two-sided spectral density of a force or an absolute acceleration, a function of frequencies w >= 0."""
-    felt = _Felt(system, companion, of)
+    output = _Output(system, companion, of)
     if companion.temperature > 0.0:
         raise NotCoveredError("the spectrum of a force is not covered with thermal noise; its mean square is.")
-    return lambda w: np.asarray(felt.density(w.ravel()).reshape(w.shape))
+    return lambda w: np.asarray(output.density(w.ravel()).reshape(w.shape))
 
 
-def felt_mean(system: System, companion: Any, of: str) -> float:
+def output_mean(system: System, companion: Any, of: str) -> float:
     """The mean of a force or an absolute acceleration."""
-    return _Felt(system, companion, of).mean()
+    return _Output(system, companion, of).mean()
 
 
-def felt_mean_square(system: System, companion: Any, of: str) -> float:
+def output_mean_square(system: System, companion: Any, of: str) -> float:
     """The mean square of a force or an absolute acceleration."""
-    felt = _Felt(system, companion, of)
+    output = _Output(system, companion, of)
     for noise in companion.noises:
-        if noise.is_white and felt.direct(noise) != 0.0:
+        if noise.is_white and output.direct(noise) != 0.0:
             raise NotCoveredError(
                 f"{system.name_of(noise)} acts on the mass itself, so that its acceleration has no finite mean square."
             )
-    found = felt.mean() ** 2
+    found = output.mean() ** 2
     if companion.noises:
-        found += float(companion.integrals(lambda w: felt.density(w)[:, None], np.zeros(1))[0])
+        found += float(companion.integrals(lambda w: output.density(w)[:, None], np.zeros(1))[0])
     for wave in companion.harmonics:
-        found += 0.5 * wave.amplitude**2 * abs(complex(felt.response(np.array([wave.frequency]), wave)[0])) ** 2
-    if companion.temperature > 0.0 and felt.force:
-        row = felt.springs()
+        found += 0.5 * wave.amplitude**2 * abs(complex(output.response(np.array([wave.frequency]), wave)[0])) ** 2
+    if companion.temperature > 0.0 and output.force:
+        row = output.springs()
         found += companion.temperature * float(row @ np.linalg.solve(companion.stiffness, row))
     return found

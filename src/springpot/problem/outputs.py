@@ -16,7 +16,7 @@ from springpot.problem.system import System
 
 
 @dataclass(frozen=True)
-class Felt:
+class Output:
     """A force, or an acceleration, as a sum of the forces of parts.
 
     Attributes
@@ -40,15 +40,15 @@ class Felt:
     unseen: tuple[str, ...] = ()
 
 
-def felt_in(system: System) -> dict[str, Felt]:
+def outputs_of(system: System) -> dict[str, Output]:
     """The force of each part and group, of all on the ground, and the acceleration of each mass or point, by name.
 
     Examples
     --------
     >>> from springpot.problem.parts import Mass, Spring, Springpot, WhiteNoise
     >>> device = System(Mass(2.0), Spring(8.0), Springpot(0.5, 1.0), WhiteNoise(1.0, on="ground"))
-    >>> for name, felt in felt_in(device).items():
-    ...     print(name, felt.shares)
+    >>> for name, output in outputs_of(device).items():
+    ...     print(name, output.shares)
     spring_force {'spring': 1.0}
     springpot_force {'springpot': 1.0}
     force_on_ground {'spring': 1.0, 'springpot': 1.0}
@@ -64,13 +64,13 @@ def felt_in(system: System) -> dict[str, Felt]:
         alike = _with_one_memory(name, elements, rows)
         own = -stop.inwards if (stop := system.contacts.get(name)) else 1.0  # of a stop how hard it is pressed
         reason = _alone(name, alike) or _hot(system, [name])
-        found[f"{name}_force"] = Felt({name: own}, reason=reason)
+        found[f"{name}_force"] = Output({name: own}, reason=reason)
         if count := system.counts.get(name):
-            found[f"{name}_force_of_one"] = Felt({name: own / count}, reason=reason)
+            found[f"{name}_force_of_one"] = Output({name: own / count}, reason=reason)
     for group, names in system.groups.items():
         beside = tuple(n for n in names if n not in elements or n in unseen)
         reason = _beside(beside) or _apart(names, elements, rows) or _hot(system, names)
-        whole = Felt({n: 1.0 for n in names if n not in beside}, reason=reason, unseen=beside)
+        whole = Output({n: 1.0 for n in names if n not in beside}, reason=reason, unseen=beside)
         found[f"{group}_force"] = whole
         if count := system.counts.get(group):
             found[f"{group}_force_of_one"] = replace(whole, shares=dict.fromkeys(whole.shares, 1.0 / count))
@@ -78,7 +78,7 @@ def felt_in(system: System) -> dict[str, Felt]:
     if below:
         beside = tuple(n for n in below if n in unseen)
         shares = {n: sign for n, sign in below.items() if n not in unseen}
-        found["force_on_ground"] = Felt(shares, reason=_beside(beside) or _hot(system, below), unseen=beside)
+        found["force_on_ground"] = Output(shares, reason=_beside(beside) or _hot(system, below), unseen=beside)
     pushed = {n: row for n, row in at.forces.items() if not parts[n].of_ground}
     for point, row in zip(at.points, at.rows, strict=True):
         name = "acceleration" if single else f"{point}_acceleration"
@@ -88,21 +88,21 @@ def felt_in(system: System) -> dict[str, Felt]:
         loads = {n: share for n, share in loads.items() if n not in system.constants}
         shares = {n: share for n in elements if n not in unseen and (share := -product_of(light, rows[n]))}
         reason = _beside(unseen) or _pushed(system, loads) or _hot(system, elements)
-        found[name] = Felt(shares | loads, constant, reason, row)
+        found[name] = Output(shares | loads, constant, reason, row)
     return found
 
 
-def squares_felt(system: System) -> dict[str, str]:
+def output_squares(system: System) -> dict[str, str]:
     """Mean squares of forces and accelerations that a run can have: the names of these by theirs.
 
     Examples
     --------
     >>> from springpot.problem.parts import Dashpot, Mass, Spring, WhiteNoise
     >>> system = System(Mass(2.0), Spring(8.0), mount=Dashpot(1.0), shaking=WhiteNoise(1.0, on="ground"))
-    >>> squares_felt(system)["mount_force_mean_square"]
+    >>> output_squares(system)["mount_force_mean_square"]
     'mount_force'
     """
-    return {f"{name}_mean_square": name for name, felt in felt_in(system).items() if not felt.reason}
+    return {f"{name}_mean_square": name for name, output in outputs_of(system).items() if not output.reason}
 
 
 def about_shocks(system: System, names: Iterable[str], values: Mapping[str, float]) -> list[Message]:
@@ -123,7 +123,7 @@ def about_shocks(system: System, names: Iterable[str], values: Mapping[str, floa
     >>> [message.name for message in about_shocks(box, ["spring_force", "acceleration"], {"impact_rate": 0.1})]
     ['shocks_left_out']
     """
-    at, felt, found = system.coordinates, felt_in(system), []
+    at, outputs, found = system.coordinates, outputs_of(system), []
     walls = {
         name: at.elongations[name] for name in system.walls
         if values.get(f"{name}_impact_rate", values.get("impact_rate")) != 0.0
@@ -131,7 +131,7 @@ def about_shocks(system: System, names: Iterable[str], values: Mapping[str, floa
     for name in names:
         if name == "force_on_ground":
             struck = [wall for wall in walls if wall in system.grounded]
-        elif (row := felt[name].row if name in felt else None) is not None:
+        elif (row := outputs[name].row if name in outputs else None) is not None:
             struck = [wall for wall, elongation in walls.items() if product_of(at.accelerations(row), elongation)]
         else:
             continue

@@ -12,16 +12,16 @@ from springpot.simulation.kernel.contacts import pressed
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED
 from springpot.simulation.kernel.vectors import double, doubles, filled, load, store
 from springpot.simulation.kernel.watching import (
-    FEELS,
-    FELT,
-    FELT_BEGIN,
-    FELT_ROW,
-    NUMBERS_OF_FELT,
+    OUTPUT_BEGIN,
+    OUTPUT_NUMBERS,
+    OUTPUT_ROW,
+    OUTPUTS,
+    OUTPUTS_COUNT,
     RECORD,
     RECORD_POINTS,
 )
 
-MOST_FELT = 40
+MOST_OUTPUTS = 40
 NUMBERS = 20
 """Of a term: ten coefficients of springs; the weights of the force of dampers and memory, of the velocity, of a contact
 and of the z of a part that yields; the place of this z among the states of all forces; from the 16th on the contact,
@@ -30,11 +30,11 @@ as `springpot.simulation.kernel.contacts.elastic` has it, but for its mass.
 
 
 @njit(**LINKED)
-def feel(S, T, elongation, number, j, to, o):
-    """What is felt in step j of the group; a source has the row -1 less its number."""
-    N, total = doubles(S[NUMBERS_OF_FELT]), filled(double(load(elongation, o)), 0.0)
-    for term in range(S[S[FELT_BEGIN] + number], S[S[FELT_BEGIN] + number + 1]):
-        row, b = S[S[FELT_ROW] + term], NUMBERS * term
+def output_of(S, T, elongation, number, j, to, o):
+    """An output in step j of the group; a source has the row -1 less its number."""
+    N, total = doubles(S[OUTPUT_NUMBERS]), filled(double(load(elongation, o)), 0.0)
+    for term in range(S[S[OUTPUT_BEGIN] + number], S[S[OUTPUT_BEGIN] + number + 1]):
+        row, b = S[S[OUTPUT_ROW] + term], NUMBERS * term
         if row < 0:
             total = total + N[b + 10] * double(load(T.given, ((-1 - row) * GROUP + j) * LANES + o))
             continue
@@ -54,14 +54,14 @@ def feel(S, T, elongation, number, j, to, o):
 
 
 @njit(**INLINE)
-def record_felt(S, before, shown, n, j, every, lane):
-    """Store what is felt in step n + j of a lane; ``before`` displacements are shown before it.
+def record_outputs(S, before, shown, n, j, every, lane):
+    """Store the outputs in step n + j of a lane; ``before`` displacements are shown before it.
 
-    At time 0 nothing is felt yet: there stands what the first kick has.
+    At time 0 there is none yet: there stands what the first kick has.
     """
-    record, seen = doubles(S[RECORD]), S[FEELS]
+    record, seen = doubles(S[RECORD]), S[OUTPUTS_COUNT]
     for k in range(seen):
-        here = shown[(GROUP * (before + S[S[FELT] + k]) + j) * LANES + lane]
+        here = shown[(GROUP * (before + S[S[OUTPUTS] + k]) + j) * LANES + lane]
         row = lane * S[RECORD_POINTS]
         if (n + j + 1) % every == 0:
             record[(row + (n + j + 1) // every) * seen + k] = here

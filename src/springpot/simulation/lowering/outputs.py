@@ -15,7 +15,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import per_cent
 from springpot.problem.messages import Message, say
 from springpot.problem.parts.excitations import Excitation
-from springpot.simulation.kernel.feeling import NUMBERS
+from springpot.simulation.kernel.outputs import NUMBERS
 from springpot.simulation.lowering.parts import Lowered, contact_time, numbers_of
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
@@ -33,8 +33,8 @@ EXCEEDED_BY_NOISE = 0.771  # by which colored noise exceeds its means over steps
 
 
 @dataclass(frozen=True, eq=False)
-class FeltInKernel:
-    """The terms of all that is felt, as `springpot.simulation.kernel.watching.table_of` takes them.
+class OutputsInKernel:
+    """The terms of all outputs, as `springpot.simulation.kernel.watching.table_of` takes them.
 
     Attributes
     ----------
@@ -66,25 +66,25 @@ class FeltInKernel:
         return [*self.over.values()][number] / self.length
 
 
-def roughness_in_steps(plan: Plan, felt: FeltInKernel, seen: Seen) -> Floats:
+def roughness_in_steps(plan: Plan, outputs: OutputsInKernel, seen: Seen) -> Floats:
     """How rough noise makes what is seen in each step, over what it would be with the usual intensity.
 
     That is, of a velocity, the intensity without envelopes, and of a force or an acceleration its mean over the window.
     """
-    if seen.feels:
-        name = [*felt.lacking][seen.feels[0]]
-        own, usual = felt.lacking_in_steps[name], felt.lacking[name]
+    if seen.outputs:
+        name = [*outputs.lacking][seen.outputs[0]]
+        own, usual = outputs.lacking_in_steps[name], outputs.lacking[name]
     else:
         own, usual = plan.motion.intensity_of(seen, plan.settings.middles), plan.motion.intensity_of(seen)
     share = own / usual if usual > 0.0 else np.zeros(1)
     return np.broadcast_to(np.sqrt(np.maximum(share, 0.0)), plan.settings.steps)
 
 
-def lowered_felt(
+def lowered_outputs(
     plan: Plan, rows: Sequence[Mapping[str, Lowered]], g: Floats, place: float, jumps: Floats, unit: float,
     length: float, step: float, sources: Mapping[str, int], yielding: Mapping[str, tuple[int, float]],
     modulated: Sequence[tuple[Floats, Floats]] = (),
-) -> FeltInKernel:  # fmt: skip
+) -> OutputsInKernel:  # fmt: skip
     """The terms of each force or acceleration.
 
     Parameters
@@ -108,7 +108,7 @@ def lowered_felt(
     modulated : sequence of (ndarray, ndarray)
         Of each noise with an envelope its part of ``jumps``, and by which factor that differs from it in each step.
     """
-    felt, excitations = plan.motion.felt, dict(plan.system.named())
+    outputs, excitations = plan.motion.outputs, dict(plan.system.named())
     # of a run that is far shorter than any time of the motion there would be as many as memory holds
     lags = min(math.ceil(1.0 / (plan.motion.scales.fastest_rate * plan.settings.step)), _MOST_LAGS)
     begin, row, numbers, lacking, in_steps, over = [0], list[int](), list[Floats](), {}, {}, {}
@@ -119,7 +119,7 @@ def lowered_felt(
         numbers.append(np.zeros(NUMBERS))
         return numbers[-1]
 
-    for name, each in felt.items():
+    for name, each in outputs.items():
         rough = list[tuple[float, Floats]]()
         for e, parts in enumerate(rows):
             own = {n: part for n, part in parts.items() if n in each.shares}
@@ -169,7 +169,7 @@ def lowered_felt(
         over[name] = math.sqrt(max(exceeded, 0.0))
     whole, scale = np.concatenate([np.zeros(0), *numbers]), 2.0 ** -round(math.log2(unit))
     rows_of_terms = np.array(row, np.int64)
-    return FeltInKernel(np.array(begin), rows_of_terms, whole, lacking, in_steps, over, scale, unit * length, length)
+    return OutputsInKernel(np.array(begin), rows_of_terms, whole, lacking, in_steps, over, scale, unit * length, length)
 
 
 def _squares(part: Excitation, settings: Settings) -> Any:
@@ -242,7 +242,9 @@ def about_contacts(motion: Motion, step: float, names: Iterable[str], values: Ma
     found = []
     for name in names:
         touched = {
-            own: time for own, time in lasting.items() if name in motion.felt and motion.felt[name].shares.get(own)
+            own: time
+            for own, time in lasting.items()
+            if name in motion.outputs and motion.outputs[name].shares.get(own)
         }
         shortest = min(touched, key=touched.__getitem__, default="")
         if touched and (lacking := _MISSED / (touched[shortest] / step) ** 2) > _WORTH_SAYING:
