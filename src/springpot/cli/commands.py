@@ -334,7 +334,7 @@ def _levels(problem: System, asked: Sequence[tuple[str, Sequence[float]]]) -> di
     In Python another name is that of a function.
     """
     from springpot.problem.outputs import outputs_of
-    from springpot.simulation.plan.seen import levels_of
+    from springpot.simulation.plan.signals import levels_of
 
     for name, _ in asked:
         if name not in outputs_of(problem):

@@ -162,8 +162,8 @@ def sampled_run(
     if plan.adapted is None:  # runs are compared, and the error of x(0) is not the same in both
         plan = adapt(plan, paths=pilot_paths(max(plan.settings.paths, ENOUGH_PATHS)), progress=progress)
     simulation = simulation_of(plan)
-    sketches = [Sketch.of(seen, plan.motion, plan.settings) for seen in plan.motion.seen if distributions]
-    outputs = [plan.motion.seen_by_name(name, "forces", forces_only=True) for name in forces]
+    sketches = [Sketch.of(signal, plan.motion, plan.settings) for signal in plan.motion.signals if distributions]
+    outputs = [plan.motion.signal_by_name(name, "forces", forces_only=True) for name in forces]
     wanted = Requested((*sketches, *map(Moments.of, outputs)))
     ensemble = simulation.advance(observers=wanted.observers, progress=progress)
     samples, observed = estimate.samples_of(simulation, ensemble.rows), wanted.read(simulation, ensemble)

@@ -21,7 +21,7 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import ColoredNoise, Constant, KanaiTajimiNoise, Springpot, ThermalNoise, WhiteNoise
 from springpot.problem.system import System
-from springpot.simulation.plan.seen import seen_of
+from springpot.simulation.plan.signals import signals_of
 from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError
 from springpot.theory.distributions import normal
 from springpot.theory.registry import METHODS
@@ -79,10 +79,10 @@ def table(system: System, answers: Mapping[str, Any], statements: Mapping[str, s
 def _places(system: System, answer: Any) -> dict[str, Floats]:
     """The arguments at which the densities are drawn: of x, v and impact speed, and A of the paper's problem."""
     found, places = answer.numbers, dict[str, Floats]()
-    for own, seen in zip(system.coordinates.beginnings, seen_of(system), strict=False):
+    for own, signal in zip(system.coordinates.beginnings, signals_of(system), strict=False):
         mean, square = found[f"{own}x_mean"], found[f"{own}x_mean_square"]
         spread = math.sqrt(max(square - mean**2, 1e-12 * square))
-        low, high = max(mean - 4.5 * spread, seen.low), min(mean + 4.5 * spread, seen.high)
+        low, high = max(mean - 4.5 * spread, signal.low), min(mean + 4.5 * spread, signal.high)
         fastest = 4.0 * math.sqrt(found[f"{own}v_mean_square"])
         if low < high and fastest > 0.0:
             places[f"{own}x"] = np.linspace(low, high, POINTS)

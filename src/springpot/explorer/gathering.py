@@ -95,22 +95,22 @@ class Gathering:
         self.seconds = 0.0  # of work
         self._rows = np.empty((settings.paths, len(simulation.parts.columns)))
         motion = simulation.motion
-        seen = [seen for seen in motion.seen if "x" in seen.names]
-        self._sketches = [Sketch.of(each, motion, settings) for each in motion.seen]
+        moving = [signal for signal in motion.signals if "x" in signal.names]
+        self._sketches = [Sketch.of(each, motion, settings) for each in motion.signals]
         self._counts = [dict[str, Floats]() for _ in self._sketches]
         shown = [*motion.outputs.items()][:MOST_OUTPUTS]
         outputs = [name for name, one in shown if name.endswith("acceleration") and not one.reason]
-        self._accelerations = [Extremes.of(motion.seen_by_name(name, "forces")) for name in outputs]
+        self._accelerations = [Extremes.of(motion.signal_by_name(name, "forces")) for name in outputs]
         self._largest = np.empty((len(outputs), settings.paths))
         steps = _growth_steps(simulation.plan)
         self._early = simulation.but(duration=steps * settings.step, window=(0.0, steps * settings.step), record=0)
         self._speeds = speeds
         self._growth = [
             Observer(each, _growth_part(), None, np.zeros((), _LAYOUT), of_blocks=("x_squares", "v_squares"))
-            for each in seen
+            for each in moving
         ]
         self._per_bin = np.bincount(np.arange(steps) * BINS // steps, minlength=BINS)
-        self._sums, self._squares, self._batches = *np.zeros((2, len(seen), BINS)), 0
+        self._sums, self._squares, self._batches = *np.zeros((2, len(moving), BINS)), 0
         self._blocks = 1
 
     @property
@@ -187,7 +187,7 @@ class Gathering:
                 at, error = distribution.quantile(FAST)
                 values[f"{name}_quantile_{FAST}"], errors[f"{name}_quantile_{FAST}"] = float(at), float(error)
         for extremes, largest in zip(self._accelerations, self._largest[:, : self.paths], strict=True):
-            name = f"{extremes.observer.seen.names['x']}_peak_mean"
+            name = f"{extremes.observer.signal.names['x']}_peak_mean"
             values[name], errors[name] = float(largest.mean()), float(largest.std() / math.sqrt(self.paths - 1))
         return values, errors
 

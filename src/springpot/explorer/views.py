@@ -119,17 +119,17 @@ def sizes(system: System) -> dict[str, Any]:
     from springpot.simulation.plan.motions import motion_of
 
     motion = motion_of(system)
-    found = [(seen, *motion.size_of(seen)) for seen in motion.seen if "x" in seen.names]
+    found = [(signal, *motion.size_of(signal)) for signal in motion.signals if "x" in signal.names]
     return {
         "frequency": float(motion.scales.frequency),
         "length": max(math.hypot(mean, spread) for _, mean, spread, _ in found),
         "of": [
             {
-                "low": max(mean - _DEVIATIONS * spread, seen.low),
-                "high": min(mean + _DEVIATIONS * spread, seen.high),
+                "low": max(mean - _DEVIATIONS * spread, signal.low),
+                "high": min(mean + _DEVIATIONS * spread, signal.high),
                 "fastest": _DEVIATIONS * speed,
             }
-            for seen, mean, spread, speed in found
+            for signal, mean, spread, speed in found
         ],
     }
 

@@ -21,7 +21,7 @@ from springpot.problem.parts import (
 from springpot.problem.parts.excitations import GroundNoise
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
-from springpot.theory.methods.systems.output import output_spectrum
+from springpot.theory.methods.systems.outputs import output_spectrum
 
 Density = Callable[[Floats], Floats]
 _FOLDS = 4

@@ -88,19 +88,19 @@ def check_outputs(motion: Motion, words: Sequence[str], argument: str) -> None:
         if name in moving:
             continue
         try:
-            motion.seen_by_name(name, argument, forces_only=True)
+            motion.signal_by_name(name, argument, forces_only=True)
         except NotCoveredError:
             raise
         except ValueError:
             known = [own for own, name in WORDS.items() if name in moving]
             known += [own for own in moving if own not in WORDS.values()]
             raise ValueError(
-                f"{argument} must be of {few([*known, *motion.seen_by_force])}, not {shown(word)}."
+                f"{argument} must be of {few([*known, *motion.signals_by_force])}, not {shown(word)}."
             ) from None
 
 
 def _moving(motion: Motion) -> list[str]:
-    return [own for seen in motion.seen for key, own in seen.names.items() if key != "amplitude"]
+    return [own for signal in motion.signals for key, own in signal.names.items() if key != "amplitude"]
 
 
 def largest_values(

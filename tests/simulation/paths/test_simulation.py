@@ -20,7 +20,7 @@ def test_a_state_comes_back_from_the_kernel_as_it_went_in(side: str, start: floa
     problem = sp.System(*PARTS, sp.Barrier(-0.2, 0.8, free_side=side))  # type: ignore[arg-type]
     simulation = simulation_of(plan_of(problem, **SHORT, initial_position=start, initial_velocity=-1.3))
     parts = simulation.parts
-    assert simulation.motion.seen[0].place == -0.2
+    assert simulation.motion.signals[0].place == -0.2
     assert (parts.start * parts.units.state).tolist() == [[start, -1.3]]
     found = simulation.advance()
     np.testing.assert_array_equal(found.record[:, 0], [[start, -1.3]] * 2)

@@ -115,7 +115,7 @@ def count(series: Any, array: Any) -> None:
 def counted(series: Any) -> tuple[Any, Any]:
     """An observer's array after a series, and the ranges that are left on its stack."""
     motion = motion_of(LIGHT)
-    initial = Cycles.of(motion, motion.seen_by_name("x", "rainflow"), (sp.Basquin(1.0),)).observer.initial.copy()
+    initial = Cycles.of(motion, motion.signal_by_name("x", "rainflow"), (sp.Basquin(1.0),)).observer.initial.copy()
     initial["lanes"] = 1.0
     array = initial.reshape(1).view(np.float64)
     count(series, array)

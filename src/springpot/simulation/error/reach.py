@@ -28,7 +28,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, meant, per_cent, shown
 from springpot.machine.progress import COMPILATION, Clock, Estimate, FractionDone, OutOfTimeError, in_words
 from springpot.problem.catalogue import is_controlled, possible_results
-from springpot.problem.output import output_squares
+from springpot.problem.outputs import output_squares
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget, Estimates, combine
 from springpot.simulation.error.decision import MOST_FINER, Known, Move, Standing, decide

@@ -71,11 +71,11 @@ def step_biases(
         edges, density, _ = speeds.density()
         biases[f"{name}_quantile"] = quantile_step_bias(missed, speeds, probability)
         biases[f"{name}_density"] = density_step_bias(missed, edges, density)
-    for seen in motion.seen:
-        intensity = motion.intensity_of(seen) if f"{seen.names.get('v')}_largest" in extremes else 0.0
+    for signal in motion.signals:
+        intensity = motion.intensity_of(signal) if f"{signal.names.get('v')}_largest" in extremes else 0.0
         if intensity > 0.0:
             bias = fastest_speed_step_bias(intensity, step)
-            biases[f"{seen.names['v']}_largest_quantile"] = np.full(len(probability), bias)
+            biases[f"{signal.names['v']}_largest_quantile"] = np.full(len(probability), bias)
     return biases
 
 

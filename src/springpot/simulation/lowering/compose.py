@@ -262,11 +262,11 @@ class Parts:
 
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
-        (length, speed), frequency, seen = self.units.state, self.frequency, observer.seen
-        wall = 0.0 if math.isnan(seen.place) else seen.place / self.units.length
-        if seen.outputs:
-            frequency, wall = self.outputs.scale, self.outputs.exceeding(seen.outputs[0])
-        speed = self.outputs.force if seen.peaks else speed * (seen.impulse or 1.0)
+        (length, speed), frequency, signal = self.units.state, self.frequency, observer.signal
+        wall = 0.0 if math.isnan(signal.place) else signal.place / self.units.length
+        if signal.outputs:
+            frequency, wall = self.outputs.scale, self.outputs.exceeding(signal.outputs[0])
+        speed = self.outputs.force if signal.peaks else speed * (signal.impulse or 1.0)
         return [length, speed, self.units.time, frequency, wall, LANES]
 
     def room_for_states(self, many: int) -> Kept:

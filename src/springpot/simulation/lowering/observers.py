@@ -9,7 +9,7 @@ import numpy as np
 
 from springpot.simulation.kernel.kept import Code
 from springpot.simulation.kernel.watching import HEADER
-from springpot.simulation.plan.seen import Seen
+from springpot.simulation.plan.signals import Signal
 
 
 def layout(**fields: int | tuple[int, ...]) -> np.dtype[np.void]:
@@ -35,7 +35,7 @@ class Observer:
 
     Attributes
     ----------
-    seen : Seen
+    signal : Signal
         What they see: a displacement, a force or an acceleration at each step, unless its number is None, and the
         impacts on its wall, or all, unless that is None.
     on_steps, on_impacts : Code or None
@@ -52,7 +52,7 @@ class Observer:
         Groups of steps between two calls of ``on_steps``.
     """
 
-    seen: Seen
+    signal: Signal
     on_steps: Code | None
     on_impacts: Code | None
     initial: Any

@@ -19,8 +19,8 @@ from springpot.simulation.kernel.outputs import NUMBERS
 from springpot.simulation.lowering.parts import Lowered, contact_time, numbers_of
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
+from springpot.simulation.plan.signals import Signal
 
 # steps over which means over steps are compared with values; with more, rounding is all that is left
 _MOST_LAGS = 20_000
@@ -66,16 +66,16 @@ class OutputsInKernel:
         return [*self.over.values()][number] / self.length
 
 
-def roughness_in_steps(plan: Plan, outputs: OutputsInKernel, seen: Seen) -> Floats:
+def roughness_in_steps(plan: Plan, outputs: OutputsInKernel, signal: Signal) -> Floats:
     """How rough noise makes what is seen in each step, over what it would be with the usual intensity.
 
     That is, of a velocity, the intensity without envelopes, and of a force or an acceleration its mean over the window.
     """
-    if seen.outputs:
-        name = [*outputs.lacking][seen.outputs[0]]
+    if signal.outputs:
+        name = [*outputs.lacking][signal.outputs[0]]
         own, usual = outputs.lacking_in_steps[name], outputs.lacking[name]
     else:
-        own, usual = plan.motion.intensity_of(seen, plan.settings.middles), plan.motion.intensity_of(seen)
+        own, usual = plan.motion.intensity_of(signal, plan.settings.middles), plan.motion.intensity_of(signal)
     share = own / usual if usual > 0.0 else np.zeros(1)
     return np.broadcast_to(np.sqrt(np.maximum(share, 0.0)), plan.settings.steps)
 
@@ -236,7 +236,7 @@ def about_contacts(motion: Motion, step: float, names: Iterable[str], values: Ma
     for name, part in system.contacts.items():
         if values.get(f"{name}_impact_rate", values.get("impact_rate")) != 0.0:
             row = at.elongations[name]
-            speed, free = motion.size_of(Seen(row=row))[2], replace(part, stiffness=part.stiffness / at.reduced(row))
+            speed, free = motion.size_of(Signal(row=row))[2], replace(part, stiffness=part.stiffness / at.reduced(row))
             if speed > 0.0:
                 lasting[name] = contact_time(free, _FAST * speed)
     found = []

@@ -22,8 +22,8 @@ from springpot.simulation.lowering.compose import Parts, compose
 from springpot.simulation.lowering.observers import Observer
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
+from springpot.simulation.plan.signals import Signal
 
 _NO_RECORD = np.zeros((0, 0, 0))
 _STEPS_OF_A_CALL = 40_000  # of one block or several: 10 ms
@@ -215,16 +215,16 @@ def addresses_of(
     def address(compiled: Code | None) -> int:
         return 0 if compiled is None else compiled.address
 
-    def wall(seen: Seen) -> int:
-        if seen.peaks:
-            return PEAKS - parts.contacts.index(seen.stop or "")
-        return parts.walls.index(seen.stop) if seen.stop else ALL
+    def wall(signal: Signal) -> int:
+        if signal.peaks:
+            return PEAKS - parts.contacts.index(signal.stop or "")
+        return parts.walls.index(signal.stop) if signal.stop else ALL
 
     each = [
         (
-            address(own.on_steps) if own.seen.number is not None else 0,
-            address(own.on_impacts) if own.seen.stop is not None else 0,
-            array.ctypes.data, own.every, (own.seen.number or 0) * GROUP * LANES, wall(own.seen),
+            address(own.on_steps) if own.signal.number is not None else 0,
+            address(own.on_impacts) if own.signal.stop is not None else 0,
+            array.ctypes.data, own.every, (own.signal.number or 0) * GROUP * LANES, wall(own.signal),
         )
         for own, array in zip(observers, arrays, strict=True)
     ]  # fmt: skip
@@ -234,4 +234,4 @@ def addresses_of(
 
 def outputs_seen(observers: Sequence[Observer]) -> list[int]:
     """The numbers of the forces and accelerations that are seen, in the order of their record."""
-    return sorted({number for observer in observers for number in observer.seen.outputs})
+    return sorted({number for observer in observers for number in observer.signal.outputs})

@@ -34,7 +34,7 @@ from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.rest import within_walls
 from springpot.simulation.plan.scales import Scales
 from springpot.simulation.plan.schemes import NumericalScheme, scheme_of
-from springpot.simulation.plan.seen import Seen, levels_of, seen_of
+from springpot.simulation.plan.signals import Signal, levels_of, signals_of
 from springpot.simulation.plan.struck import (
     Pressed,
     StruckWalls,
@@ -176,16 +176,16 @@ class Motion:
         """At the guessed size of the motion."""
         return modes_of(self.system)
 
-    def size_of(self, seen: Seen) -> tuple[float, float, float]:
+    def size_of(self, signal: Signal) -> tuple[float, float, float]:
         """Mean, deviation and deviation of the velocity of a displacement, about."""
         if self.potential is None:
-            return float(seen.row @ self.rest), self.modes.spread(seen.row), self.modes.speed(seen.row)
+            return float(signal.row @ self.rest), self.modes.spread(signal.row), self.modes.speed(signal.row)
         law = self.law
         return self.origin + law.mean, math.sqrt(law.variance), math.sqrt(law.temperature)
 
     def _spread(self, row: Floats) -> float:
         """Standard deviation of an elongation, about."""
-        return self.size_of(Seen(row=row))[1]
+        return self.size_of(Signal(row=row))[1]
 
     def square_about_origin(self, values: Mapping[str, float], mean: str = "x_mean") -> float:
         """E[(x - origin)^2] from the results of a run, of one of the means."""
@@ -200,19 +200,19 @@ class Motion:
         }
 
     @cached_property
-    def seen(self) -> tuple[Seen, ...]:
+    def signals(self) -> tuple[Signal, ...]:
         """The displacements whose distributions and spectra a run can have."""
-        return seen_of(self.system)
+        return signals_of(self.system)
 
     @cached_property
-    def levels(self) -> dict[str, tuple[str, Seen]]:
+    def levels(self) -> dict[str, tuple[str, Signal]]:
         """What can pass a level, by name: the quantity, and the displacement that it is of."""
         return levels_of(self.system)
 
     @property
-    def speeds(self) -> dict[str, Seen]:
+    def speeds(self) -> dict[str, Signal]:
         """Speeds of impacts by name, each with what it is of."""
-        return {one.names["impact_speed"]: one for one in self.seen if "impact_speed" in one.names}
+        return {one.names["impact_speed"]: one for one in self.signals if "impact_speed" in one.names}
 
     @cached_property
     def outputs(self) -> dict[str, Output]:
@@ -220,27 +220,27 @@ class Motion:
         return outputs_of(self.system)
 
     @property
-    def of_impacts(self) -> dict[str, Seen]:
+    def of_impacts(self) -> dict[str, Signal]:
         """The largest forces of the touches of soft contacts, and the impulses of impacts on rigid walls, by name."""
-        found, at = dict[str, Seen](), self.system.coordinates
+        found, at = dict[str, Signal](), self.system.coordinates
         for stop in self.touched:
             wall = self.system.walls.get(stop)
             if wall is None:
                 name = f"{stop}_peak_force"
-                found[name] = Seen({"impact_speed": name}, None, stop=stop, peaks=True)
+                found[name] = Signal({"impact_speed": name}, None, stop=stop, peaks=True)
             elif not wall.has_law:
                 name, mass = f"{stop}_impulse", (1.0 + restitution_at(wall, 0.0)) * at.reduced(at.elongations[stop])
-                found[name] = Seen({"impact_speed": name}, None, stop=stop, place=wall.position, impulse=mass)
+                found[name] = Signal({"impact_speed": name}, None, stop=stop, place=wall.position, impulse=mass)
         return found
 
     @property
-    def seen_by_force(self) -> list[str]:
+    def signals_by_force(self) -> list[str]:
         """What may be asked for as a force: all that is not refused."""
         return [*(name for name, one in self.outputs.items() if not one.reason), *self.of_impacts]
 
-    def is_undefined(self, seen: Seen) -> bool:
+    def is_undefined(self, signal: Signal) -> bool:
         """Whether it is of the impulses of impacts that cannot be counted, which have no mean and no distribution."""
-        return bool(seen.impulse and self.uncounted_because(f"{seen.stop}_impact_rate"))
+        return bool(signal.impulse and self.uncounted_because(f"{signal.stop}_impact_rate"))
 
     def output_number(self, name: str) -> int:
         """Of a force or acceleration among all.
@@ -257,7 +257,7 @@ class Motion:
             raise NotCoveredError(f"{name} cannot be seen: only the first {MOST_OUTPUTS} forces and accelerations can.")
         return number
 
-    def seen_by_name(self, name: Any, argument: str, *, forces_only: bool = False) -> Seen:
+    def signal_by_name(self, name: Any, argument: str, *, forces_only: bool = False) -> Signal:
         """A displacement, a force or an absolute acceleration, as observers see it; ``argument`` asks for it.
 
         With ``forces_only`` no displacement, and those of impacts too, which have no value at every time.
@@ -274,7 +274,7 @@ class Motion:
         >>> motion_of(System(Spring(1.0), WhiteNoise(1.0))).seen_by_name("spring_force", "forces").names
         {'x': 'spring_force'}
         """
-        moving = {} if forces_only else {own: seen for own, (kind, seen) in self.levels.items() if kind == "x"}
+        moving = {} if forces_only else {own: signal for own, (kind, signal) in self.levels.items() if kind == "x"}
         touches = self.of_impacts if forces_only else {}
         if isinstance(name, str) and name in moving:
             return replace(moving[name], names={"x": name})
@@ -286,10 +286,10 @@ class Motion:
                 raise NotCoveredError(f"{name} cannot be seen: a rigid wall gives impulses, which last no time; "
                                       f"{wall}_force_mean, their momentum per time, is in every run.")  # fmt: skip
             what = "force or acceleration" if forces_only else "displacement, force or acceleration"
-            near = self.near(name, [*moving, *(self.seen_by_force if forces_only else self.outputs)])
+            near = self.near(name, [*moving, *(self.signals_by_force if forces_only else self.outputs)])
             raise ValueError(f"{argument} has {shown(name)}, which is no {what}{near}")
         number = self.output_number(name)
-        return Seen({"x": name}, self.displacements_shown + number, outputs=(number,))
+        return Signal({"x": name}, self.displacements_shown + number, outputs=(number,))
 
     def near(self, name: Any, known: Sequence[str]) -> str:
         """What an unknown name may have meant, or which there are; of two masses, that nothing acts between them."""
@@ -313,15 +313,17 @@ class Motion:
 
         Of each x or v, and the number of the displacement; and t.
         """
-        moving = {name: (kind, seen.number or 0) for name, (kind, seen) in self.levels.items() if kind in ("x", "v")}
+        moving = {
+            name: (kind, signal.number or 0) for name, (kind, signal) in self.levels.items() if kind in ("x", "v")
+        }
         return {} if "x" in moving else {"t": ("t", 0)} | moving
 
-    def start_of(self, seen: Seen, x: Any, v: Any) -> tuple[float, float]:
+    def start_of(self, signal: Signal, x: Any, v: Any) -> tuple[float, float]:
         """A displacement and its velocity from x(0) and x'(0) as settings have them; without x(0) that of rest."""
         places = self.rest if x is None else self.system.coordinates.places_of(x)
-        return float(seen.row @ places), float(seen.row @ self.system.coordinates.places_of(v))
+        return float(signal.row @ places), float(signal.row @ self.system.coordinates.places_of(v))
 
-    def modes_near(self, seen: Seen, *, of_speed: bool, by_energy: bool) -> ModesNear | None:
+    def modes_near(self, signal: Signal, *, of_speed: bool, by_energy: bool) -> ModesNear | None:
         """By which splitting tells how near a motion is to a large value, where its potential does not.
 
         With ``by_energy`` a mode brings the root of its energy.
@@ -333,20 +335,20 @@ class Motion:
         w = np.maximum(modes.frequency, lowest)
         if by_energy:
             shares = w
-        elif seen.outputs:
-            output, parts = [*self.outputs.values()][seen.outputs[0]], self.system.elements
+        elif signal.outputs:
+            output, parts = [*self.outputs.values()][signal.outputs[0]], self.system.elements
             of_parts = [share * (rows[n] @ modes.shapes) * [parts[n].modulus(1j * each) for each in w]
                         for n, share in output.shares.items()]  # fmt: skip
             shares = np.abs(sum(of_parts))
         else:
-            shares = np.abs(seen.row @ modes.shapes) * (w if of_speed else 1.0)
+            shares = np.abs(signal.row @ modes.shapes) * (w if of_speed else 1.0)
         usual = math.sqrt(float((shares**2 * modes.temperature / w**2).sum())) or 1.0
         placed = (shares / usual)[:, None] * modes.shapes.T @ at.mass
         return ModesNear(placed, placed / w[:, None], self.rest, usual)
 
-    def intensity_of(self, seen: Seen, time: Any = None) -> Any:
+    def intensity_of(self, signal: Signal, time: Any = None) -> Any:
         """Of white noise in the acceleration of a displacement, in m^2 s^-3; at times in s with its envelopes."""
-        return intensity_along(self.system, self._spread, seen.row, time=time)
+        return intensity_along(self.system, self._spread, signal.row, time=time)
 
     @property
     def is_modulated(self) -> bool:
@@ -384,9 +386,9 @@ class Motion:
         none = self.system.coordinates.as_given(np.zeros(len(self.rest)))
         return none if given is None else self.system.coordinates.checked(given, "initial_velocity")
 
-    def stationary_place(self, seen: Seen) -> float:
+    def stationary_place(self, signal: Signal) -> float:
         """About where a displacement is in the stationary state: on which side a level lies."""
-        mean, spread, _ = self.size_of(seen)
+        mean, spread, _ = self.size_of(signal)
         return mean if abs(mean) > _EVEN * spread else 0.0
 
     @property
@@ -397,8 +399,8 @@ class Motion:
         twenty cycles at most.
         """
         cycle = 5.0 / self.scales.frequency
-        seen = 0.0 if self.left_of_start(1.0, 0.0) is None else min(self.scales.creep_time, 20.0 * cycle)
-        return max(self.scales.energy_time, seen, cycle)
+        creep = 0.0 if self.left_of_start(1.0, 0.0) is None else min(self.scales.creep_time, 20.0 * cycle)
+        return max(self.scales.energy_time, creep, cycle)
 
     def left_of_start(self, off: float, time: float) -> float | None:
         """Bound on what an x(0) that is off changes of the mean from a time in s on; both over the root mean square.
@@ -513,7 +515,7 @@ class Motion:
         if self.recorded:
             return finest
         rows = self.system.coordinates.elongations
-        speeds = {name: self.size_of(Seen(row=rows[name]))[2] for name in self.crowded}
+        speeds = {name: self.size_of(Signal(row=rows[name]))[2] for name in self.crowded}
         steps = [
             step_that_misses(self.struck_in_steps(name, longest), _MISSED, 2.0 * speed**2)
             for name, speed in speeds.items()
@@ -631,10 +633,10 @@ class Motion:
     @cached_property
     def whose_impacts(self) -> dict[str, tuple[str, ...]]:
         """The walls and contacts whose impacts are in results, by how the names of these begin."""
-        seen = {each.stop: each.names["impact_speed"] for each in self.seen if "impact_speed" in each.names}
+        speeds = {each.stop: each.names["impact_speed"] for each in self.signals if "impact_speed" in each.names}
         found = dict[str, tuple[str, ...]]()
         for name in self.touched:
-            begin = seen.get(name, "").removesuffix("impact_speed")  # with none of its own it is among all
+            begin = speeds.get(name, "").removesuffix("impact_speed")  # with none of its own it is among all
             found[begin] = (*found.get(begin, ()), name)
         return found
 
@@ -823,9 +825,9 @@ class Motion:
         held, found = stiffness > _RIGID * stiffness[-1], {}
         for wall in self.touched:
             row = at.elongations[wall]
-            seen = ((name, float(row @ own) / float(own @ own)) for name, own in self.displacements.items()
+            along = ((name, float(row @ own) / float(own @ own)) for name, own in self.displacements.items()
                     if np.array_equal(row, own) or np.array_equal(row, -own))  # fmt: skip
-            name, sign = next(seen, ("", 0.0))
+            name, sign = next(along, ("", 0.0))
             if f"{name}_mean_square" not in values:
                 continue
             mean, square = sign * values.get(f"{name}_mean", 0.0), values[f"{name}_mean_square"]  # or 0 by symmetry

@@ -29,7 +29,7 @@ from springpot.simulation.plan.modes import modal_scales, modes_of
 from springpot.simulation.plan.motion import Motion, Potential
 from springpot.simulation.plan.rest import nearest_to_rest, origin_of, seen_from
 from springpot.simulation.plan.scales import closed_form
-from springpot.simulation.plan.seen import Seen
+from springpot.simulation.plan.signals import Signal
 from springpot.simulation.plan.symmetry import Symmetry
 
 
@@ -117,6 +117,6 @@ def _with_slow(motion: Motion, stiffness: Floats, free: dict[str, float]) -> Mot
     if not any(part.creeps for part in motion.system.parts):
         return motion
     system, rows = motion.system, motion.system.coordinates.elongations
-    shaken = {name: math.hypot(*motion.size_of(Seen(row=rows[name]))[:2]) for name in system.multiplied}
+    shaken = {name: math.hypot(*motion.size_of(Signal(row=rows[name]))[:2]) for name in system.multiplied}
     seen = {f"{begin}_mean_square": row for begin, row in motion.displacements.items()}
     return replace(motion, slow=(Creep(system, stiffness, motion.scales.fastest_rate, seen, free, shaken),))

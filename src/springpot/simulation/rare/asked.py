@@ -37,7 +37,7 @@ from springpot.simulation.lowering.observers import Observer
 from springpot.simulation.lowering.outputs import roughness_in_steps
 from springpot.simulation.plan.motion import ModesNear, Motion
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import Seen
+from springpot.simulation.plan.signals import Signal
 from springpot.simulation.watch.first_passage import SHIFT
 from springpot.simulation.watch.observables import is_taken, mean_of
 
@@ -70,7 +70,7 @@ class Quantity:
     name, unit : str
     kind : str
         Its name with one mass; "force" of forces and accelerations, "own" of a function of the user.
-    seen : Seen
+    signal : Signal
         The displacement that it is of.
     observer : Observer or None
         Of a function of the user.
@@ -79,7 +79,7 @@ class Quantity:
     name: str
     unit: str
     kind: str
-    seen: Seen
+    signal: Signal
     observer: Observer | None = None
 
     @property
@@ -102,11 +102,11 @@ def quantity_of(
         if name in motion.levels or is_taken(motion.system, str(name)):
             raise ValueError(f"{argument} cannot call a function {shown(name)}: there is a quantity of that name.")
         observer = mean_of(motion, name, function, "state", most=_MOST)
-        return Quantity(name, "", "own", Seen(outputs=observer.seen.outputs), observer)
+        return Quantity(name, "", "own", Signal(outputs=observer.signal.outputs), observer)
     known = motion.levels | {name: ("impact_speed", each) for name, each in motion.speeds.items()}
     if name not in known and name in motion.outputs:
         return Quantity(
-            name, unit_of_result(motion.system, f"{name}_mean"), "force", motion.seen_by_name(name, argument)
+            name, unit_of_result(motion.system, f"{name}_mean"), "force", motion.signal_by_name(name, argument)
         )
     if name not in known:
         near = motion.near(name, [*known, *motion.outputs])
@@ -114,12 +114,12 @@ def quantity_of(
         if b:
             near += f' Anything else is a function: {{"difference": (lambda {a}, {b}: {a} - {b}, levels)}}.'
         raise ValueError(f"{argument} has {shown(name)}, which is no quantity that can be asked{near}")
-    kind, seen = known[name]
+    kind, signal = known[name]
     if kind == "impact_speed" and not motion.touched:
         raise ValueError(f"{argument} of impact_speed need a wall or a contact, and the system has none.")
     if kind in ("amplitude", "energy") and not motion.system.natural_frequency > 0.0:
         raise ValueError(f"{argument} of {name} need a linear spring: use x, v, speed or distance.")
-    return Quantity(name, LEVELS.get(kind, "m s-1"), kind, seen)
+    return Quantity(name, LEVELS.get(kind, "m s-1"), kind, signal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,7 +204,7 @@ def asked_of(plan: Plan, parts: Parts, quantity: Quantity, levels: Floats, sign:
         1 if levels of a quantity with sides are exceeded upwards, -1 downwards.
     """
     motion, units, (low, high) = plan.motion, parts.units, plan.settings.window_steps
-    kind, seen = quantity.kind, quantity.seen
+    kind, signal = quantity.kind, quantity.signal
     scale = {"own": 1.0, "energy": units.speed**2}.get(kind, units.speed if quantity.unit == "m s-1" else units.length)
     kernels = np.asarray(levels, float) * (sign if quantity.has_sides else 1.0) / scale
     if kind == "amplitude":
@@ -219,12 +219,12 @@ def asked_of(plan: Plan, parts: Parts, quantity: Quantity, levels: Floats, sign:
     rooms, shares = np.concatenate([np.full(MARKS * LANES, -np.inf), np.zeros(3 * LANES)]), np.zeros(0)
     if motion.is_modulated and (own[_of(_OVER)] > 0.0 or own[_of(_SQUARES)] > 0.0):
         shared[_IN_STEPS - _FIRST] = _CONSTANTS + by_lane.size
-        shares = np.pad(roughness_in_steps(plan, parts.outputs, seen), (0, GROUP), mode="edge")
+        shares = np.pad(roughness_in_steps(plan, parts.outputs, signal), (0, GROUP), mode="edge")
     initial = np.concatenate([shared, rooms, by_lane, shares])
     on_energy, on_modes, on_steps, on_impacts = _compiled()
-    nearness = Observer(Seen(), on_energy if modes is None else on_modes, None, initial)
-    seen = replace(seen, number=seen.number or 0)  # steps also where only impacts are seen
-    seeing = Observer(seen, on_steps, on_impacts if kind == "impact_speed" else None, initial)
+    nearness = Observer(Signal(), on_energy if modes is None else on_modes, None, initial)
+    signal = replace(signal, number=signal.number or 0)  # steps also where only impacts are seen
+    seeing = Observer(signal, on_steps, on_impacts if kind == "impact_speed" else None, initial)
     observers = nearness, *([quantity.observer] if quantity.observer else []), seeing
     duration = (high - low) * plan.settings.step
     downwards = quantity.has_sides and sign < 0.0
@@ -246,8 +246,8 @@ def constants_of(
     _, target, modes = _constants(*nominal, quantity, level, sign)
     found = []
     for (plan, parts), factor in zip(devices, factors.tolist(), strict=True):
-        _, seen = plan.motion.levels.get(quantity.name, (None, quantity.seen))  # between walls of its own
-        its_quantity = replace(quantity, seen=seen)
+        _, signal = plan.motion.levels.get(quantity.name, (None, quantity.signal))  # between walls of its own
+        its_quantity = replace(quantity, signal=signal)
         own, its_target, its_modes = _constants(plan, parts, its_quantity, factor * level, sign)
         stretch, near = factor, 1.0 / factor**2
         if quantity.kind == "amplitude":
@@ -278,8 +278,8 @@ def _constants(
     plan: Plan, parts: Parts, quantity: Quantity, level: float, sign: float
 ) -> tuple[Floats, float, ModesNear | None]:
     """Those of a system, in the kernel's units; the coordinate at a level; and the modes that it is of, if any."""
-    motion, units, kind, seen = plan.motion, parts.units, quantity.kind, quantity.seen
-    modes = motion.modes_near(seen, of_speed=quantity.unit == "m s-1", by_energy=_by_energy(kind))
+    motion, units, kind, signal = plan.motion, parts.units, quantity.kind, quantity.signal
+    modes = motion.modes_near(signal, of_speed=quantity.unit == "m s-1", by_energy=_by_energy(kind))
     shapes = np.zeros(0)
     if modes is not None:
         rest = -(modes.placed @ modes.rest)[:, None]
@@ -290,13 +290,13 @@ def _constants(
         found[_of(at) : _of(at) + np.size(value)] = value
 
     if kind == "force":
-        over = parts.outputs.exceeding(seen.outputs[0])
+        over = parts.outputs.exceeding(signal.outputs[0])
     else:  # by which noise lets velocities exceed the observed ones
-        over = SHIFT * math.sqrt(motion.intensity_of(seen) * plan.settings.step) / units.speed
+        over = SHIFT * math.sqrt(motion.intensity_of(signal) * plan.settings.step) / units.speed
     put(_COSINE, (1.0, 0.0, 0.0) if kind == "force" else parts.half_drift)
-    put(_SLOW, 1.0 / (parts.outputs.scale if seen.outputs else parts.frequency))
+    put(_SLOW, 1.0 / (parts.outputs.scale if signal.outputs else parts.frequency))
     put(_CENTRE, 0.0 if kind == "force" else parts.place)
-    put(_LOWEST, sorted(end / units.length for end in (seen.low, seen.high)))
+    put(_LOWEST, sorted(end / units.length for end in (signal.low, signal.high)))
     put(_SCALE, 1.0)
     put(_NEAR, 1.0)
     if kind in ("v", "speed"):
@@ -393,7 +393,7 @@ def _target(plan: Plan, kind: str, level: float, sign: float) -> float:
     if kind == "impact_speed":
         places = np.array([stop.position for stop in motion.touched.values()])
     else:
-        mean, spread, _ = motion.size_of(motion.seen[0])
+        mean, spread, _ = motion.size_of(motion.signals[0])
         places = np.clip(mean + spread * np.linspace(-6.0, 6.0, 257), motion.low, motion.high)
     return 0.5 * level**2 + float(potential(places).min())
 

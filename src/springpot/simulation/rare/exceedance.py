@@ -409,10 +409,10 @@ def _checked(plan: Plan, levels: object) -> list[tuple[Quantity, Floats, float]]
         if isinstance(given, tuple) and len(given) == 2 and callable(given[0]):
             function, given = given
         quantity = quantity_of(plan.motion, name, function)
-        words, seen, least = f"level of {name}", quantity.seen, quantity.has_sides or quantity.kind == "own"
+        words, signal, least = f"level of {name}", quantity.signal, quantity.has_sides or quantity.kind == "own"
         low = -LARGEST if least else 0.0
         numbers = finite_numbers(given, f"levels of {name}", words, low=low, high=LARGEST, open_low=not least)
-        if quantity.kind == "distance" and not (numbers < (farther := max(seen.high, -seen.low))).all():
+        if quantity.kind == "distance" and not (numbers < (farther := max(signal.high, -signal.low))).all():
             raise ValueError(f"levels of {name} must be less than that of the farther wall, {farther:g} m.")
         if not quantity.has_sides:
             found.append((quantity, numbers, 1.0))
@@ -428,8 +428,8 @@ def _checked(plan: Plan, levels: object) -> list[tuple[Quantity, Floats, float]]
             raise ValueError(
                 f"levels of {name} must lie on one side of {of} {quantity.unit}: ask for both as {{{asks}}}."
             )
-        if quantity.kind == "x" and not ((seen.low < numbers) & (numbers < seen.high)).all():
-            raise ValueError(f"levels of {name} must lie between the walls, {seen.low:g} and {seen.high:g} m.")
+        if quantity.kind == "x" and not ((signal.low < numbers) & (numbers < signal.high)).all():
+            raise ValueError(f"levels of {name} must lie between the walls, {signal.low:g} and {signal.high:g} m.")
         found.append((quantity, numbers, sides.pop()))
     return found
 
@@ -438,9 +438,9 @@ def _start_of(plan: Plan, quantity: Quantity) -> float:
     """From which a quantity with sides exceeds its levels; 0 of others."""
     if quantity.kind not in ("x", "v"):
         return 0.0
-    motion, seen = plan.motion, quantity.seen
-    x, v = motion.start_of(seen, plan.settings.initial_position, plan.settings.initial_velocity)
-    x = motion.stationary_place(seen) if plan.settings.start == "stationary" else x
+    motion, signal = plan.motion, quantity.signal
+    x, v = motion.start_of(signal, plan.settings.initial_position, plan.settings.initial_velocity)
+    x = motion.stationary_place(signal) if plan.settings.start == "stationary" else x
     return x if quantity.kind == "x" else float(v)
 
 
@@ -473,8 +473,8 @@ def _checked_sought(plan: Plan, asked: object, argument: str) -> list[tuple[Quan
 
 def _sought(plan: Plan, quantity: Quantity, given: Floats, sign: float, duration: float | None) -> Sought:
     """What the search for levels needs: where they begin, and how far a wall lets them be."""
-    start, seen = _start_of(plan, quantity), quantity.seen
-    end = {"x": seen.high if sign > 0.0 else -seen.low, "distance": max(seen.high, -seen.low)}.get(
+    start, signal = _start_of(plan, quantity), quantity.signal
+    end = {"x": signal.high if sign > 0.0 else -signal.low, "distance": max(signal.high, -signal.low)}.get(
         quantity.kind, math.inf
     )
     begin, whole = plan.settings.window

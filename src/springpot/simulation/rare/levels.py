@@ -302,7 +302,7 @@ def _law_of_plain_paths(simulation: Simulation, plan: Plan, sought: Sought, cloc
     shares = shares_of_plain_paths(simulation, asked, clock, stream)
     places = [int(np.count_nonzero(shares >= p)) - 1 for p in _USUAL]
     if places[0] < 0 or places[0] == places[1]:
-        _, spread, speed = plan.motion.size_of(sought.quantity.seen)
+        _, spread, speed = plan.motion.size_of(sought.quantity.signal)
         size = {"energy": speed**2, "x": spread, "distance": spread, "amplitude": spread}
         usual = size.get(sought.quantity.kind, speed)
         return _Law.of(np.array([0.1, 2.0]) * usual, np.array(_USUAL), sought.power)

@@ -515,7 +515,7 @@ class _Repetitions:
 
     def _doubts(self, p: Floats, error: Floats, low: Floats, high: Floats, reason: str) -> list[Message]:
         rtol, of = self.rtol, {"name": self.asked.name, "unit": self.asked.unit}
-        motion, seen = self.simulation.motion, {k for each in self.asked.observers for k in each.seen.outputs}
+        motion, seen = self.simulation.motion, {k for each in self.asked.observers for k in each.signal.outputs}
         said = about_shocks(motion.system, [self.asked.name], {})
         said += about_contacts(motion, self.simulation.settings.step, [[*motion.outputs][k] for k in sorted(seen)], {})
         if not p.all():

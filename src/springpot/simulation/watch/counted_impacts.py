@@ -18,7 +18,7 @@ from springpot.simulation.lowering.observers import Observer, begins, layout
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.paths.statistics import error_of_unseen, ratio
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import Seen
+from springpot.simulation.plan.signals import Signal
 from springpot.simulation.watch.requested import Observed, Request
 
 COUNTED = "counted_impact_rate", "counted_impact_speed_mean", "counted_impact_speed_mean_square"
@@ -49,7 +49,7 @@ class CountedImpacts(Request):
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         low, high = simulation.settings.window_steps
         time = (high - low) * simulation.settings.step
-        sums = {own.seen.stop or "": np.array([*ensemble.observed[own].values()]) for own in self.observers}
+        sums = {own.signal.stop or "": np.array([*ensemble.observed[own].values()]) for own in self.observers}
         if "" not in sums:
             sums = {"": sum(sums.values(), np.zeros((3, 1))), **sums}
         found, errors = dict[str, tuple[float, Floats]](), dict[str, float]()
@@ -68,14 +68,14 @@ def faster_than(speed: float, stop: str) -> Observer:
 
     ``stop``: on which wall or contact; empty for all.
     """
-    return counted(Seen(number=None, stop=stop), speed)
+    return counted(Signal(number=None, stop=stop), speed)
 
 
-def counted(seen: Seen, least: float = 0.0) -> Observer:
+def counted(signal: Signal, least: float = 0.0) -> Observer:
     """As `faster_than`, of what is seen of impacts: speeds, impulses or the largest forces of touches."""
     initial = np.zeros((), _LAYOUT)
     initial["least"] = least
-    return Observer(seen, None, _on_fast_impacts(), initial, of_paths=("number", "speeds", "squares"))
+    return Observer(signal, None, _on_fast_impacts(), initial, of_paths=("number", "speeds", "squares"))
 
 
 @cache

@@ -29,9 +29,9 @@ from springpot.simulation.lowering.observers import Observer, begins, layout
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
-from springpot.simulation.watch.forces import seen_forces
+from springpot.simulation.plan.signals import Signal
+from springpot.simulation.watch.forces import signals_of_forces
 from springpot.simulation.watch.requested import Observed, Request
 
 _PARTS = 64  # bins in an octave
@@ -58,16 +58,16 @@ class Sketch(Request):
     def asked(cls, plan: Plan, wishes: Mapping[str, Any]) -> Iterator[Sketch]:
         if wishes["distributions"] is not True:
             raise TypeError(f"distributions must be True or False, not {shown(wishes['distributions'])}.")
-        for seen in (*plan.motion.seen, *seen_forces(plan, wishes)):
-            yield cls.of(seen, plan.motion, plan.settings)
+        for signal in (*plan.motion.signals, *signals_of_forces(plan, wishes)):
+            yield cls.of(signal, plan.motion, plan.settings)
 
     @classmethod
-    def of(cls, seen: Seen, motion: Motion, settings: Settings) -> Sketch:
+    def of(cls, signal: Signal, motion: Motion, settings: Settings) -> Sketch:
         """Of this one; samples are about ``SAMPLING`` of the shortest time scale apart."""
         every = max(1, int(SAMPLING / (GROUP * settings.step * motion.scales.fastest_rate)))
-        on_steps, on_impacts = (_compiled_of_force(), None) if seen.outputs else _compiled()
-        initial = np.zeros((), _OF_FORCE if seen.outputs else _LAYOUT)
-        return cls((Observer(seen, on_steps, on_impacts, initial, of_batches=(*seen.names,), every=every),))
+        on_steps, on_impacts = (_compiled_of_force(), None) if signal.outputs else _compiled()
+        initial = np.zeros((), _OF_FORCE if signal.outputs else _LAYOUT)
+        return cls((Observer(signal, on_steps, on_impacts, initial, of_batches=(*signal.names,), every=every),))
 
     @classmethod
     def longest_step(cls, motion: Motion, wishes: Mapping[str, Any]) -> float:
@@ -81,16 +81,16 @@ class Sketch(Request):
 
     def distributions(self, simulation: Simulation, counts: Mapping[str, Floats]) -> dict[str, Distribution]:
         """From counts of batches, shape (batches, bins), by the names of one mass."""
-        units, seen, motion = simulation.parts.units, self.observer.seen, simulation.motion
+        units, signal, motion = simulation.parts.units, self.observer.signal, simulation.motion
         header = dict(zip(HEADER, simulation.parts.header_of(self.observer), strict=True))
-        place = 0.0 if seen.outputs else units.state[0] * header["wall"] + 0.0  # of a single wall
+        place = 0.0 if signal.outputs else units.state[0] * header["wall"] + 0.0  # of a single wall
         x, v = units.state
-        x = x / header["frequency"] if seen.outputs else x
+        x = x / header["frequency"] if signal.outputs else x
         scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": header["speed"]}
         distributions = {}
-        for name, called in seen.names.items():
+        for name, called in signal.names.items():
             unit, per_unit = (unit_of_result(motion.system, f"{called}_{end}") for end in ("quantile", "density"))
-            own = np.zeros_like(counts[name]) if motion.is_undefined(seen) else counts[name]
+            own = np.zeros_like(counts[name]) if motion.is_undefined(signal) else counts[name]
             found = distribution_of(unit, per_unit, scale[name], own)
             distributions[called] = replace(found, edges=found.edges + place) if name == "x" else found
         return distributions

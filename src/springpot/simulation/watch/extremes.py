@@ -16,8 +16,8 @@ from springpot.simulation.kernel.watching import ON_IMPACTS, ON_STEPS
 from springpot.simulation.lowering.observers import Observer, begins, layout
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import Seen
-from springpot.simulation.watch.forces import seen_forces
+from springpot.simulation.plan.signals import Signal
+from springpot.simulation.watch.forces import signals_of_forces
 from springpot.simulation.watch.requested import Observed, Request
 
 EXTREMES = "x_minimum", "x_maximum", "v_largest", "impact_speed_largest"  # speeds without sign
@@ -34,18 +34,18 @@ class Extremes(Request):
 
     @classmethod
     def asked(cls, plan: Plan, wishes: Mapping[str, Any]) -> Iterator[Extremes]:
-        yield from map(cls.of, (*plan.motion.seen, *seen_forces(plan, wishes)))
+        yield from map(cls.of, (*plan.motion.signals, *signals_of_forces(plan, wishes)))
 
     @classmethod
-    def of(cls, seen: Seen) -> Extremes:
+    def of(cls, signal: Signal) -> Extremes:
         """Of this one."""
         initial = np.full((), -math.inf, _LAYOUT)
-        initial["x_minimum"], initial["unplaced"] = math.inf, math.isnan(seen.place)
-        return cls((Observer(seen, *_compiled(), initial, of_paths=EXTREMES),))
+        initial["x_minimum"], initial["unplaced"] = math.inf, math.isnan(signal.place)
+        return cls((Observer(signal, *_compiled(), initial, of_paths=EXTREMES),))
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         """NaN without an impact."""
-        names, found = self.observer.seen.names, {}
+        names, found = self.observer.signal.names, {}
         for name, samples in ensemble.observed[self.observer].items():
             quantity, _, end = name.rpartition("_")
             if quantity in names:

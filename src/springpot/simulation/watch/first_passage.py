@@ -39,11 +39,11 @@ from springpot.simulation.kernel.kept import Code
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, OF_USER
 from springpot.simulation.kernel.watching import ON_IMPACTS, ON_STEPS
 from springpot.simulation.lowering.compose import Parts
-from springpot.simulation.lowering.is_output import roughness_in_steps
 from springpot.simulation.lowering.observers import Observer, begins, layout
+from springpot.simulation.lowering.outputs import roughness_in_steps
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import Seen
+from springpot.simulation.plan.signals import Signal
 from springpot.simulation.watch.observables import is_taken
 from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
 from springpot.simulation.watch.requested import Observed, Request
@@ -133,9 +133,9 @@ class FirstPassages(Request):
         """Of one quantity."""
         motion = plan.motion
         reference = math.nan
-        quantity, seen = motion.levels.get(name) or ("", next(own for _, own in motion.levels.values()))
+        quantity, signal = motion.levels.get(name) or ("", next(own for _, own in motion.levels.values()))
         if name in motion.outputs:
-            quantity, seen = "force", motion.seen_by_name(name, "first_passage")
+            quantity, signal = "force", motion.signal_by_name(name, "first_passage")
         if not quantity and motion.arguments:
             if isinstance(given, tuple | list) and any(map(callable, given)):
                 raise ValueError(
@@ -165,23 +165,25 @@ class FirstPassages(Request):
         found = dict[tuple[str, float, float], list[tuple[float, int]]]()
         for place, one in enumerate(each):
             if quantity in _SIZES and isinstance(one, tuple):
-                middle, half = _interval(name, seen if quantity == "x" else Seen(), one)
+                middle, half = _interval(name, signal if quantity == "x" else Signal(), one)
                 way, level = (_SIZES[quantity], 1.0, middle), half
             else:
                 level = _level(name, quantity, one)
-                sign = _direction(plan, name, quantity, seen, level) if quantity in _SIZES else 1.0
+                sign = _direction(plan, name, quantity, signal, level) if quantity in _SIZES else 1.0
                 way = quantity, sign, reference
             found.setdefault(way, []).append((level, place))
-        unit = unit_of_result(plan.system, name) if seen.outputs else LEVELS.get(quantity, "")
+        unit = unit_of_result(plan.system, name) if signal.outputs else LEVELS.get(quantity, "")
         # the state at time 0 counts, unless it is not known or there is no force yet
-        at_once = plan.settings.window_steps[0] == 0 and plan.settings.initial_position is not None and not seen.outputs
+        at_once = (
+            plan.settings.window_steps[0] == 0 and plan.settings.initial_position is not None and not signal.outputs
+        )
         observers, ways = list[Observer](), list[Way]()
         for (kind, sign, middle), own in found.items():
             own.sort(key=lambda each, sign=sign: sign * each[0])  # type: ignore[misc]
             levels, places = zip(*own, strict=True)
-            initial = _initial(plan, seen, kind, levels, sign, middle, at_once)
+            initial = _initial(plan, signal, kind, levels, sign, middle, at_once)
             on_steps, on_impacts = compiled if kind == quantity else _compiled_of(kind)
-            observers.append(Observer(seen, on_steps, on_impacts, initial, of_paths=("times",)))
+            observers.append(Observer(signal, on_steps, on_impacts, initial, of_paths=("times",)))
             ways.append(Way(levels, places, middle))
         return cls((*observers,), name, unit, listed, at_once, (*ways,))
 
@@ -204,7 +206,7 @@ class FirstPassages(Request):
 
 
 def _initial(
-    plan: Plan, seen: Seen, quantity: str, levels: tuple[float, ...], sign: float, reference: float, at_once: bool
+    plan: Plan, signal: Signal, quantity: str, levels: tuple[float, ...], sign: float, reference: float, at_once: bool
 ) -> Callable[[Parts], npt.NDArray[np.void]]:
     """The array for the levels of a way, once the kernel's arguments are known."""
     motion, settings, frequency = plan.motion, plan.settings, math.nan
@@ -218,16 +220,16 @@ def _initial(
     middle = 0.0 if math.isnan(reference) else reference
 
     def initial(parts: Parts) -> npt.NDArray[np.void]:
-        shares = roughness_in_steps(plan, parts.outputs, seen) if motion.is_modulated else np.zeros(0)
+        shares = roughness_in_steps(plan, parts.outputs, signal) if motion.is_modulated else np.zeros(0)
         kind = _layout(len(levels), shares.size)
         array = np.zeros((), kind)
         array["level"], array["levels"], array["times"], array["shares"] = kernels[0], kernels, -1.0, shares
         if at_once:
-            x, v = motion.start_of(seen, settings.initial_position, settings.initial_velocity)
+            x, v = motion.start_of(signal, settings.initial_position, settings.initial_velocity)
             array["known"], array["x"], array["v"] = 1.0, x, v
         array["count"], array["sign"], array["reference"], array["omega"] = len(levels), sign, middle, frequency
-        array["root"] = 1.0 if seen.outputs else SHIFT * math.sqrt(motion.intensity_of(seen) * settings.step)
-        array["side"], array["slack"] = seen.side, ROUNDED * (np.abs(kernels).max() + abs(middle))
+        array["root"] = 1.0 if signal.outputs else SHIFT * math.sqrt(motion.intensity_of(signal) * settings.step)
+        array["side"], array["slack"] = signal.side, ROUNDED * (np.abs(kernels).max() + abs(middle))
         array["times_at"], shares_at = begins(kind, "times", "shares")
         array["shares_at"] = shares_at if shares.size else 0
         return array
@@ -244,7 +246,7 @@ def _level(name: str, quantity: str, given: Any) -> float:
     return finite_number(given, f"first_passage level of {name}", low=low, high=LARGEST, open_low=not signed)
 
 
-def _interval(name: str, seen: Seen, given: tuple[Any, ...]) -> tuple[float, float]:
+def _interval(name: str, signal: Signal, given: tuple[Any, ...]) -> tuple[float, float]:
     """Middle and half width of an interval."""
     if len(given) != 2:
         raise ValueError(
@@ -254,32 +256,32 @@ def _interval(name: str, seen: Seen, given: tuple[Any, ...]) -> tuple[float, flo
     if not low < high:
         raise ValueError(f"first_passage of {name} must have its interval from low to high, not {shown(given)}.")
     for end in (low, high):
-        _in_reach(name, seen, end)
+        _in_reach(name, signal, end)
     return 0.5 * (low + high), 0.5 * (high - low)
 
 
-def _in_reach(name: str, seen: Seen, level: float) -> None:
-    if not seen.low <= level <= seen.high:
+def _in_reach(name: str, signal: Signal, level: float) -> None:
+    if not signal.low <= level <= signal.high:
         raise ValueError(
-            f"first_passage level of {name} is {level:g} m, behind a wall: {name} lies between {seen.low:g} and "
-            f"{seen.high:g}."
+            f"first_passage level of {name} is {level:g} m, behind a wall: {name} lies between {signal.low:g} and "
+            f"{signal.high:g}."
         )
 
 
-def _direction(plan: Plan, name: str, quantity: str, seen: Seen, level: float) -> float:
+def _direction(plan: Plan, name: str, quantity: str, signal: Signal, level: float) -> float:
     """1 if the level is passed upwards: it lies above the start of the run (in the stationary state, above rest).
 
     Of a force or an acceleration, which no start has: if it is not negative.
     """
-    if seen.outputs:
+    if signal.outputs:
         return 1.0 if level >= 0.0 else -1.0
     motion, settings = plan.motion, plan.settings
-    x, v = motion.start_of(seen, settings.initial_position, settings.initial_velocity)
+    x, v = motion.start_of(signal, settings.initial_position, settings.initial_velocity)
     if quantity == "v":
         return 1.0 if level > v or (level == v >= 0.0) else -1.0
-    _in_reach(name, seen, level)
+    _in_reach(name, signal, level)
     if level == x:
-        return {seen.low: -1.0, seen.high: 1.0}.get(level, motion.sign)
+        return {signal.low: -1.0, signal.high: 1.0}.get(level, motion.sign)
     return 1.0 if level > x else -1.0
 
 
@@ -426,14 +428,14 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, is_out
             t, root = h * (n + j + 1), whole * array[in_steps + n + j] if in_steps > 0 else whole
             here, speed = array[_LENGTH] * x[j * LANES + lane], array[_SPEED] * v[j * LANES + lane]
             before, speed_before = array[_X + lane], array[_V + lane]
-            seen = array[_KNOWN + lane] > 0.0
+            known = array[_KNOWN + lane] > 0.0
             struck = array[_STRUCK + lane]
             away = array[_SIDE] * array[_SPEED]  # from the wall
-            turned = struck > 0.0 and seen and (away * speed_before < 0.0 < away * speed or j == last)
+            turned = struck > 0.0 and known and (away * speed_before < 0.0 < away * speed or j == last)
             while number < count:
                 after = value(t, here, speed, level, sign, reference, omega)
                 at = -1.0
-                if not seen:
+                if not known:
                     at = t if after >= 0.0 else -1.0
                 else:
                     value_before = value(t - h, before, speed_before, level, sign, reference, omega)

@@ -19,8 +19,8 @@ from springpot.simulation.lowering.observers import Observer, begins, layout
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.paths.statistics import ratio
 from springpot.simulation.plan.plan import MOST_RECORDED, Plan
-from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
+from springpot.simulation.plan.signals import Signal
 from springpot.simulation.watch.counted_impacts import counted
 from springpot.simulation.watch.requested import Observed, Request
 
@@ -28,7 +28,7 @@ _LAYOUT = layout(sum=LANES, squares=LANES)
 _LENGTH, _SUM, _SQUARES = begins(_LAYOUT, "length", "sum", "squares")
 
 
-def seen_forces(plan: Plan, wishes: Mapping[str, Any]) -> tuple[Seen, ...]:
+def signals_of_forces(plan: Plan, wishes: Mapping[str, Any]) -> tuple[Signal, ...]:
     """Those that the argument ``forces`` names, also for the other observers.
 
     Raises
@@ -40,11 +40,11 @@ def seen_forces(plan: Plan, wishes: Mapping[str, Any]) -> tuple[Seen, ...]:
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise TypeError(
             f"forces must be a list of names of forces and accelerations, not {shown(names)}: "
-            f"{few(motion.seen_by_force)}."
+            f"{few(motion.signals_by_force)}."
         )
-    found = [motion.seen_by_name(name, "forces", forces_only=True) for name in names]
-    found = [*{(*seen.names.values(),): seen for seen in found}.values()]
-    points = settings.record * settings.recorded_points * sum(bool(seen.outputs) for seen in found)
+    found = [motion.signal_by_name(name, "forces", forces_only=True) for name in names]
+    found = [*{(*signal.names.values(),): signal for signal in found}.values()]
+    points = settings.record * settings.recorded_points * sum(bool(signal.outputs) for signal in found)
     if points > MOST_RECORDED:
         raise ValueError(
             f"record asks for {points:,} points of forces, but at most {MOST_RECORDED:,} are stored: use a larger "
@@ -62,33 +62,33 @@ class Moments(Request):
 
     @classmethod
     def asked(cls, plan: Plan, wishes: Mapping[str, Any]) -> Iterator[Moments]:
-        yield from map(cls.of, seen_forces(plan, wishes))
+        yield from map(cls.of, signals_of_forces(plan, wishes))
 
     @classmethod
-    def of(cls, seen: Seen) -> Moments:
+    def of(cls, signal: Signal) -> Moments:
         """Of this one."""
-        if not seen.outputs:
-            return cls((counted(seen),))
-        return cls((Observer(seen, _on_outputs(), None, np.zeros((), _LAYOUT), of_paths=("sum", "squares")),))
+        if not signal.outputs:
+            return cls((counted(signal),))
+        return cls((Observer(signal, _on_outputs(), None, np.zeros((), _LAYOUT), of_paths=("sum", "squares")),))
 
     def in_full(self, settings: Settings) -> bool:
         return bool(settings.record)
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         """With what the mean square lacks since the force is seen as its mean over each step."""
-        seen, motion, (low, high) = self.observer.seen, simulation.motion, simulation.settings.window_steps
-        (name,), found = seen.names.values(), dict[str, tuple[float, Floats]]()
+        signal, motion, (low, high) = self.observer.signal, simulation.motion, simulation.settings.window_steps
+        (name,), found = signal.names.values(), dict[str, tuple[float, Floats]]()
         sums = {of: own / (high - low) for of, own in ensemble.observed[self.observer].items()}
-        if motion.is_undefined(seen):
+        if motion.is_undefined(signal):
             sums = {of: np.full_like(own, np.nan) for of, own in sums.items()}
-        if not seen.outputs:
+        if not signal.outputs:
             ends = ("mean", "speeds"), ("mean_square", "squares")
             return {"estimates": {f"{name}_{end}": ratio(sums[of], sums["number"]) for end, of in ends}}
         square = sums["squares"] + simulation.parts.outputs.lacking[name]
         for end, samples in (("mean", sums["sum"]), ("mean_square", square)):
             if (own := f"{name}_{end}") not in possible_results(motion.system):
                 found[own] = float(samples.mean()), samples
-        recorded = {name: ensemble.outputs[seen.outputs[0]]} if simulation.settings.record else {}
+        recorded = {name: ensemble.outputs[signal.outputs[0]]} if simulation.settings.record else {}
         return {"estimates": found, "forces": recorded}
 
 

@@ -27,7 +27,7 @@ from springpot.simulation.lowering.observers import Observer, begins, layout
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import Seen
+from springpot.simulation.plan.signals import Signal
 from springpot.simulation.watch.requested import Observed, Request
 
 _LAYOUT = layout(sum=LANES)
@@ -67,7 +67,7 @@ class MeanOfOwn(Request):
         of_impacts = self.observer.on_steps is None
         samples = ensemble.observed[self.observer]["sum"] / ((high - low) * (step if of_impacts else 1))
         errors = {}
-        if of_impacts and (walls := [stop] if (stop := self.observer.seen.stop) else [*simulation.parts.walls]):
+        if of_impacts and (walls := [stop] if (stop := self.observer.signal.stop) else [*simulation.parts.walls]):
             sums = simulation.parts.sums(ensemble.rows)
             if not any(sums["impacts", wall].any() for wall in walls):
                 errors[self.name] = math.nan  # no path has struck them
@@ -95,7 +95,7 @@ def mean_of(
     if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
         given = shown(function)
         raise TypeError(f"observable {name!r} must be a function of {wanted}, not {given}: wrap it in a lambda.")
-    own, seen = getattr(function, "py_func", function), Seen(stop="")
+    own, signal = getattr(function, "py_func", function), Signal(stop="")
     takes: tuple[tuple[str, int], ...] = ("t", 0), ("x", 0), ("v", 0)
     if kind == "state" and (
         motion.arguments or not motion.outputs.keys().isdisjoint(inspect.signature(own).parameters)
@@ -105,12 +105,12 @@ def mean_of(
         known = (motion.arguments or {word: (word, 0) for word in "txv"}) | outputs
         words = _arguments(name, own, known)
         takes = tuple(known[word] for word in words)
-        seen = replace(seen, outputs=tuple(motion.output_number(word) for word in words if word in outputs))
+        signal = replace(signal, outputs=tuple(motion.output_number(word) for word in words if word in outputs))
     elif kind == "impact":
         stops = {"speed": "", **{f"{stop}_impact_speed": stop for stop in motion.touched}}
         words = [*inspect.signature(own).parameters]
         if motion.arguments or any(word.endswith("_impact_speed") for word in words):  # else of one mass any name
-            seen = replace(seen, stop=stops[_arguments(name, own, stops, most=1)[0]])
+            signal = replace(signal, stop=stops[_arguments(name, own, stops, most=1)[0]])
     try:
         compiled = _on_steps_of(own, takes, most or _SUM, most > 0) if kind == "state" else _on_impacts_of(own)
     except (NumbaError, TypeError) as reason:
@@ -119,7 +119,7 @@ def mean_of(
             f"{cause_of(reason)}"
         ) from reason
     on_steps, on_impacts = (compiled, None) if kind == "state" else (None, compiled)
-    return Observer(seen, on_steps, on_impacts, np.zeros((), _LAYOUT), of_paths=("sum",))
+    return Observer(signal, on_steps, on_impacts, np.zeros((), _LAYOUT), of_paths=("sum",))
 
 
 def _arguments(name: str, function: Callable[..., float], known: Iterable[str], most: int = 0) -> list[str]:

@@ -30,9 +30,9 @@ from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.paths.statistics import NORMAL, UPPER
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
-from springpot.simulation.watch.forces import seen_forces
+from springpot.simulation.plan.signals import Signal
+from springpot.simulation.watch.forces import signals_of_forces
 from springpot.simulation.watch.requested import Observed, Request
 
 MOST_SUMS = 30_000_000  # stored numbers, 0.24 GB
@@ -126,23 +126,25 @@ class Bins(Request):
     @classmethod
     def asked(cls, plan: Plan, wishes: Mapping[str, Any]) -> Iterator[Bins]:
         motion, slowest = plan.motion, wishes.get("slowest_counted_impact")
-        moved = [*motion.seen, *(seen for seen in seen_forces(plan, wishes) if seen.outputs)]
+        moved = [*motion.signals, *(signal for signal in signals_of_forces(plan, wishes) if signal.outputs)]
         fast = {} if slowest is None else motion.speeds
         edges = _checked_edges(wishes["profile"], plan.settings, len(moved) + len(fast) + 1)
-        for seen in moved:
-            yield cls.of(seen, edges, plan.settings)
-        for name, seen in fast.items():
+        for signal in moved:
+            yield cls.of(signal, edges, plan.settings)
+        for name, signal in fast.items():
             own = {"counted_impact_speed": f"{name.removesuffix('impact_speed')}counted_impact_speed"}
-            yield cls.of(replace(seen, names=own), edges, plan.settings, slowest or 0.0)  # the same, but not slow ones
+            yield cls.of(
+                replace(signal, names=own), edges, plan.settings, slowest or 0.0
+            )  # the same, but not slow ones
 
     @classmethod
-    def of(cls, seen: Seen, edges: npt.NDArray[np.int64], settings: Settings, slowest: float = 0.0) -> Bins:
+    def of(cls, signal: Signal, edges: npt.NDArray[np.int64], settings: Settings, slowest: float = 0.0) -> Bins:
         """Of this one, with its impacts that are not slower than a speed in m/s."""
         initial = _begun(_layout(edges.size), edges, settings)
         initial["least"] = slowest
         # impacts alone have no states, but the steps must tell the bins
-        seen = replace(seen, number=seen.number or 0)
-        return cls((Observer(seen, *_compiled(), initial, of_blocks=("totals",)),), edges)
+        signal = replace(signal, number=signal.number or 0)
+        return cls((Observer(signal, *_compiled(), initial, of_blocks=("totals",)),), edges)
 
     def in_full(self, settings: Settings) -> bool:
         return True
@@ -153,7 +155,7 @@ class Bins(Request):
         steps, width = np.diff(edges), np.diff(edges) * settings.step
         over = {_X: steps, _XX: steps, _VV: steps, _HITS: width, _SQUARES: width}
         found = dict[str, tuple[Floats, Floats]]()
-        for name, kind, factor in _wanted(motion, self.observer.seen):
+        for name, kind, factor in _wanted(motion, self.observer.signal):
             if kind == _SPEEDS:  # the ratio of the sums of speeds and of impacts, and its error, linearized
                 hits, speeds, both = (sums[:, of] for of in (_HITS, _SPEEDS, _BOTH))
                 struck = hits[:, 0] > 0.0
@@ -208,8 +210,8 @@ class PowersInBins(Request):
             )
             return array
 
-        seen = Seen(number=plan.motion.displacements_shown)
-        yield cls((Observer(seen, _compiled_of_powers(), None, initial, of_blocks=("totals",)),), edges)
+        signal = Signal(number=plan.motion.displacements_shown)
+        yield cls((Observer(signal, _compiled_of_powers(), None, initial, of_blocks=("totals",)),), edges)
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         motion, settings, parts, edges = simulation.motion, simulation.settings, simulation.parts, self.edges
@@ -295,38 +297,38 @@ def _over_paths(sums: Floats, motion: Motion, settings: Settings) -> tuple[Float
     return mean, np.sqrt(np.maximum(square / paths - mean * mean, 0.0) / (paths - 1))
 
 
-def _wanted(motion: Motion, seen: Seen) -> list[tuple[str, int, float]]:
+def _wanted(motion: Motion, signal: Signal) -> list[tuple[str, int, float]]:
     """Name, sum and factor of each result of a displacement."""
     found = []
-    if "x" in seen.names:
-        found += [(f"{seen.names['x']}_mean", _X, 1.0), (f"{seen.names['x']}_mean_square", _XX, 1.0)]
-    if "v" in seen.names:
-        found.append((f"{seen.names['v']}_mean_square", _VV, 1.0))
-    if "impact_speed" in seen.names and motion.touched:
-        start = seen.names["impact_speed"].removesuffix("impact_speed")
+    if "x" in signal.names:
+        found += [(f"{signal.names['x']}_mean", _X, 1.0), (f"{signal.names['x']}_mean_square", _XX, 1.0)]
+    if "v" in signal.names:
+        found.append((f"{signal.names['v']}_mean_square", _VV, 1.0))
+    if "impact_speed" in signal.names and motion.touched:
+        start = signal.names["impact_speed"].removesuffix("impact_speed")
         found.append((f"{start}impact_rate", _HITS, 1.0))
         if not motion.uncounted_because(mean := f"{start}impact_speed_mean"):
             found.append((mean, _SPEEDS, 1.0))
-        if not math.isnan(taken := _taken(motion, seen)):
+        if not math.isnan(taken := _taken(motion, signal)):
             found.append((f"{start}impact_power", _SQUARES, taken))
-    if "counted_impact_speed" in seen.names:
-        mean = f"{seen.names['counted_impact_speed']}_mean"
+    if "counted_impact_speed" in signal.names:
+        mean = f"{signal.names['counted_impact_speed']}_mean"
         found += [(f"{mean.removesuffix('speed_mean')}rate", _HITS, 1.0), (mean, _SPEEDS, 1.0)]
     return found
 
 
-def _taken(motion: Motion, seen: Seen) -> float:
+def _taken(motion: Motion, signal: Signal) -> float:
     """Energy that walls take from an impact, over the square of its speed; NaN if that is no number.
 
     What comes to rest counts as one more impact: it leaves with no speed, which is r times its own to the order of a
     step.
     """
-    stops, walls = [seen.stop] if seen.stop else [*motion.system.stops], motion.system.walls
+    stops, walls = [signal.stop] if signal.stop else [*motion.system.stops], motion.system.walls
     laws = {walls[name].restitution for name in stops if name in walls}
     if len(laws) != 1 or callable(*laws) or not {*stops} <= {*walls}:
         return math.nan
     at = motion.system.coordinates
-    row = at.elongations[seen.stop] if seen.stop else np.ones(1)  # of one mass all walls
+    row = at.elongations[signal.stop] if signal.stop else np.ones(1)  # of one mass all walls
     mass = 1.0 / float(row @ at.accelerations(row))
     (restitution,) = laws
     return 0.5 * mass * (1.0 - float(restitution) ** 2)  # type: ignore[arg-type]

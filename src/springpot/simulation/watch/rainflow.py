@@ -47,7 +47,7 @@ from springpot.simulation.lowering.observers import Observer, begins, layout
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import Seen
+from springpot.simulation.plan.signals import Signal
 from springpot.simulation.watch.distributions import BINS, FINE, Distribution, bin_of, distribution_of
 from springpot.simulation.watch.requested import Observed, Request
 
@@ -112,24 +112,24 @@ class Cycles(Request):
             words = "rainflow must be a dict of names and Basquin curves"
             raise TypeError(f"{words}, such as {{'x': sp.Basquin(5.0, strength=0.01)}}, not {shown(given)}.")
         for name, wanted in given.items():
-            seen = motion.seen_by_name(name, "rainflow")
+            signal = motion.signal_by_name(name, "rainflow")
             curves = wanted if isinstance(wanted, Sequence) else (wanted,)
             if not curves or not all(isinstance(curve, Basquin) for curve in curves):
                 raise TypeError(f"rainflow of {name} must be a Basquin curve, or a list of them, not {shown(wanted)}.")
             if len(curves) > MOST_CURVES:
                 raise ValueError(f"rainflow of {name} must have at most {MOST_CURVES} curves, not {len(curves)}.")
             _check_smooth(motion, name, curves)
-            yield cls.of(motion, seen, (*curves,))
+            yield cls.of(motion, signal, (*curves,))
 
     @classmethod
-    def of(cls, motion: Motion, seen: Seen, curves: tuple[Basquin, ...]) -> Cycles:
+    def of(cls, motion: Motion, signal: Signal, curves: tuple[Basquin, ...]) -> Cycles:
         """Of this one; the impacts on any wall make velocities jump, not only those on its own."""
-        hard = not seen.outputs and bool(motion.system.walls)
+        hard = not signal.outputs and bool(motion.system.walls)
         initial = np.zeros((), _LAYOUT)
         initial["exponents"][: len(curves)] = [curve.exponent for curve in curves]
-        initial["is_output"], initial["low"], initial["high"] = bool(seen.outputs), seen.low, seen.high
+        initial["is_output"], initial["low"], initial["high"] = bool(signal.outputs), signal.low, signal.high
         own = Observer(
-            replace(seen, stop="" if hard else None), *_compiled(), initial,
+            replace(signal, stop="" if hard else None), *_compiled(), initial,
             of_paths=("cycles", "damage"), of_batches=("ranges", "peaks", "valleys"),
         )  # fmt: skip
         return cls((own,), curves)
@@ -143,12 +143,12 @@ class Cycles(Request):
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         """Cycles, damage and life, each with the samples of the paths; distributions of ranges and turning points."""
-        seen, sums = self.observer.seen, ensemble.observed[self.observer]
+        signal, sums = self.observer.signal, ensemble.observed[self.observer]
         settings, parts = simulation.settings, simulation.parts
-        name, system = seen.names["x"], simulation.plan.system
+        name, system = signal.names["x"], simulation.plan.system
         low, high = settings.window_steps
         time = (high - low) * settings.step
-        unit = parts.units.length / (parts.outputs.scale if seen.outputs else 1.0)
+        unit = parts.units.length / (parts.outputs.scale if signal.outputs else 1.0)
         rate = sums["cycles"] / time
         found = {f"{name}_cycle_rate": (float(rate.mean()), rate)}
         for number, curve in enumerate(self.curves):
@@ -176,7 +176,7 @@ def _check_smooth(motion: Motion, name: str, curves: Sequence[Basquin]) -> None:
         own = parts[part]  # of the derivative in its force:
         order = own.order if isinstance(own, Springpot) else float(isinstance(own, Dashpot | PolynomialDashpot))
         least, lowest = 1.0 / (1.5 - order), min(curve.exponent for curve in curves)
-        if order > 0.5 and lowest <= least and motion.intensity_of(Seen(row=rows[part])) > 0.0:
+        if order > 0.5 and lowest <= least and motion.intensity_of(Signal(row=rows[part])) > 0.0:
             raise NotCoveredError(
                 f"rainflow of {name} needs exponents above {least:.3g}: under white noise the force of {part} turns "
                 "the more often the shorter the step, and with a smaller exponent so does its damage."

@@ -117,7 +117,7 @@ class Requested:
     def counts_instead(self, motion: Motion) -> bool:
         """Whether all that is asked of impacts without a rate is of those that are not slow, which have one."""
         counted = any(each.counts_fast_impacts for each in self.requests)
-        return counted and not any(motion.is_undefined(observer.seen) for observer in self.observers)
+        return counted and not any(motion.is_undefined(observer.signal) for observer in self.observers)
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         """The results after a run."""
@@ -129,8 +129,8 @@ class Requested:
 
 
 def _outputs(observers: Iterable[Observer]) -> list[str]:
-    seen = (observer.seen for observer in observers)
-    return [*dict.fromkeys(own.names["x"] for own in seen if own.outputs and "x" in own.names)]
+    signals = (observer.signal for observer in observers)
+    return [*dict.fromkeys(own.names["x"] for own in signals if own.outputs and "x" in own.names)]
 
 
 def _asked_for(arguments: Container[str]) -> list[type[Request]]:
@@ -149,7 +149,7 @@ def requested(plan: Plan, wishes: Mapping[str, Any]) -> Requested:
         One sentence, before the simulation: an invalid name or frequency, or a function that cannot be compiled.
     """
     found = Requested(tuple(request for kind in _asked_for(wishes) for request in kind.asked(plan, wishes)))
-    if plan.settings.scheme == "grunwald" and any(observer.seen.outputs for observer in found.observers):
+    if plan.settings.scheme == "grunwald" and any(observer.signal.outputs for observer in found.observers):
         raise ValueError("forces and accelerations are seen with the default scheme only: leave out scheme.")
     return found
 

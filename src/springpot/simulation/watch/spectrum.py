@@ -29,7 +29,7 @@ from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
-from springpot.simulation.watch.forces import seen_forces
+from springpot.simulation.watch.forces import signals_of_forces
 from springpot.simulation.watch.requested import Observed, Request
 
 MOST_SUMS = 30_000_000  # stored numbers, 0.24 GB; evaluation needs about four times as much
@@ -102,7 +102,7 @@ class FourierSums(Request):
     @classmethod
     def asked(cls, plan: Plan, wishes: Mapping[str, Any]) -> Iterator[FourierSums]:
         settings, fastest = plan.settings, plan.motion.scales.fastest_rate
-        moving = [seen for seen in (*plan.motion.seen, *seen_forces(plan, wishes)) if "x" in seen.names]
+        moving = [signal for signal in (*plan.motion.signals, *signals_of_forces(plan, wishes)) if "x" in signal.names]
         frequencies = _checked(wishes["spectrum"], settings, fastest, len(moving))
         spacing = 2.0 * math.pi / (SAMPLES_PER_CYCLE * max(float(frequencies.max()), fastest))
         every = max(1, int(spacing / (GROUP * settings.step)))
@@ -113,8 +113,8 @@ class FourierSums(Request):
         initial["turned"] = np.cos(2 * _HALF * turns), np.sin(2 * _HALF * turns)
         initial["reached"][0] = 1.0  # a turn by which all sums differ makes no difference
         compiled, kept = _compiled(frequencies.size), ("cosines", "sines", "weighed")
-        for seen in moving:
-            yield cls((Observer(seen, compiled, None, initial, of_paths=kept, every=every),), frequencies)
+        for signal in moving:
+            yield cls((Observer(signal, compiled, None, initial, of_paths=kept, every=every),), frequencies)
 
     @classmethod
     def longest_step(cls, motion: Motion, wishes: Mapping[str, Any]) -> float:
@@ -138,7 +138,7 @@ class FourierSums(Request):
         if len(paths) > 1:
             error = periodograms.std(axis=0, ddof=1) / math.sqrt(len(paths))
         resolution = math.sqrt(4.0 / 3.0) * math.pi / ((high - low) * settings.step)
-        name = self.observer.seen.names["x"]
+        name = self.observer.signal.names["x"]
         unit = unit_of_result(simulation.motion.system, f"{name}_spectrum")
         return {"spectra": {name: Spectrum(frequencies, periodograms.mean(axis=0), error, resolution, unit)}}
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
-from springpot.problem.output import outputs_of
+from springpot.problem.outputs import outputs_of
 from springpot.problem.system import System
 
 _NOTHING = 1e-12  # of what moves with the ground, of an acceleration without a white part

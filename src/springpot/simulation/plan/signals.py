@@ -14,7 +14,7 @@ from springpot.problem.system import System
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class Signal:
     """A displacement and its velocity; or a force or an absolute acceleration, which has the place of x.
 
     Attributes
@@ -54,7 +54,7 @@ class Seen:
     impulse: float = 0.0
 
 
-def seen_of(system: System) -> tuple[Seen, ...]:
+def signals_of(system: System) -> tuple[Signal, ...]:
     """Each point and each pair, with the impacts on the wall at it; then those on other walls.
 
     A point alone has all impacts, and its amplitude.
@@ -80,12 +80,12 @@ def seen_of(system: System) -> tuple[Seen, ...]:
     found += [_displacement(system, row, x=f"{pair}_elongation") for pair, row in at.pairs.items()]
     there = {each.stop for each in found}
     others = [
-        Seen({"impact_speed": f"{name}_impact_speed"}, None, stop=name) for name in system.stops if name not in there
+        Signal({"impact_speed": f"{name}_impact_speed"}, None, stop=name) for name in system.stops if name not in there
     ]
     return (*found, *others)
 
 
-def levels_of(system: System) -> dict[str, tuple[str, Seen]]:
+def levels_of(system: System) -> dict[str, tuple[str, Signal]]:
     """What can pass a level, by name: the quantity of one mass, and the displacement that it is of.
 
     Examples
@@ -100,7 +100,7 @@ def levels_of(system: System) -> dict[str, tuple[str, Seen]]:
     if at.lone:  # an impact is reported without its place: of several walls it may be any, and ends of steps have to do
         one_wall = len(system.stops) == len(system.walls) <= 1
         return {name: (name, replace(_alone(system), stop="" if one_wall else None)) for name in LEVELS}
-    found = dict[str, tuple[str, Seen]]()
+    found = dict[str, tuple[str, Signal]]()
     for begin, row in at.beginnings.items():
         own = _displacement(system, row)
         found |= {f"{begin}{quantity}": (quantity, own) for quantity in ("x", "v", "distance", "speed")}
@@ -110,14 +110,14 @@ def levels_of(system: System) -> dict[str, tuple[str, Seen]]:
     return found
 
 
-def _alone(system: System) -> Seen:
+def _alone(system: System) -> Signal:
     """The only displacement: its impacts are all there are."""
     walls = [*system.walls.values()]
     place = walls[0].position if len(walls) == len(system.stops) == 1 else math.nan  # of several it may be any
     return replace(_displacement(system, system.coordinates.rows[0]), names={}, stop="", place=place, side=1.0)
 
 
-def _displacement(system: System, row: Floats, **names: str) -> Seen:
+def _displacement(system: System, row: Floats, **names: str) -> Signal:
     """With the walls along its row: between which it is, and the impacts if there is one wall or contact."""
     at, found = system.coordinates, []
     for name, part in system.stops.items():
@@ -128,10 +128,10 @@ def _displacement(system: System, row: Floats, **names: str) -> Seen:
     high = [place for name, place, side in found if name in system.walls and side < 0.0]
     own = np.flatnonzero((at.rows[: len(at.names)] == row).all(axis=1))
     number = int(own[0]) if own.size else len(at.names) + at.numbers[tuple(row.tolist())]
-    seen = Seen(names, number, row, low=max(low, default=-math.inf), high=min(high, default=math.inf))
+    signal = Signal(names, number, row, low=max(low, default=-math.inf), high=min(high, default=math.inf))
     if len(found) != 1:
-        return seen
+        return signal
     ((name, place, side),) = found
     return replace(
-        seen, names={**seen.names, "impact_speed": f"{name}_impact_speed"}, stop=name, place=place, side=side
+        signal, names={**signal.names, "impact_speed": f"{name}_impact_speed"}, stop=name, place=place, side=side
     )
