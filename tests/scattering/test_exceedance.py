@@ -18,11 +18,11 @@ from springpot.machine.arrays import Floats
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.scattering import exceedance as exceedance_of_devices
 from springpot.scattering import stages
-from springpot.scattering.stages import AskedOfDevices, Stage, Tilt, normal_scores
+from springpot.scattering.stages import EventOfDevices, Stage, Tilt, normal_scores
 from springpot.scattering.surface import polynomials, powers_of, probability_surface
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
-from springpot.simulation.rare.asked import asked_of, constants_of, quantity_of
+from springpot.simulation.rare.event import constants_of, event_of, quantity_of
 from springpot.simulation.rare.splitting import Population, Tally, repetitions
 from tests.scattering.problems import RARE, rare_device
 from tests.sizes import validation
@@ -50,7 +50,7 @@ def tallies(system: sp.System, name: str, level: float, splits: bool, by_device:
     plan = plan_of(system, duration=20.0, step=0.1, start="rest", seed=5, threads=2)
     simulation = simulation_of(plan)
     quantity = quantity_of(plan.motion, name)
-    asked = asked_of(plan, simulation.parts, quantity, np.array([0.6 * level, level]), 1.0)
+    asked = event_of(plan, simulation.parts, quantity, np.array([0.6 * level, level]), 1.0)
     population, given = None, {"clock": Clock(None), "tell": lambda _: None}
     if by_device:
         pairs = [(plan, simulation.parts)] * 4
@@ -286,10 +286,10 @@ def test_what_no_device_exceeds_ends_early() -> None:
 
 def rounds(monkeypatch: pytest.MonkeyPatch, ends_at: int, found_at: int = 0) -> list[int]:
     """The rounds that are asked for, where the time is over at one and before another no path exceeds a level."""
-    run, seen = AskedOfDevices._run, list[int]()
+    run, seen = EventOfDevices._run, list[int]()
 
     def own(
-        self: AskedOfDevices, asked: Any, drawn: Any, paths: int, splits: bool, number: int, clock: Clock
+        self: EventOfDevices, asked: Any, drawn: Any, paths: int, splits: bool, number: int, clock: Clock
     ) -> Stage:  # fmt: skip
         if number >= ends_at:
             raise OutOfTimeError
@@ -300,7 +300,7 @@ def rounds(monkeypatch: pytest.MonkeyPatch, ends_at: int, found_at: int = 0) -> 
             stage = replace(stage, tally=tally)
         return stage
 
-    monkeypatch.setattr(AskedOfDevices, "_run", own)
+    monkeypatch.setattr(EventOfDevices, "_run", own)
     return seen
 
 

@@ -11,7 +11,7 @@ import pytest
 import springpot as sp
 from springpot.simulation.lowering.compose import compose, units_of
 from springpot.simulation.many import _simulated
-from springpot.simulation.monte_carlo import asked_for, simulated
+from springpot.simulation.monte_carlo import arguments_of, simulated
 from springpot.simulation.paths.simulation import Simulation, simulation_of
 from springpot.simulation.paths.together import _calls, advance_devices, advance_together, alike
 from springpot.simulation.plan.plan import plan_of
@@ -44,7 +44,7 @@ SHORT = {"paths": 100, "duration": 4.0, "step": 0.005}
 
 def many(systems: Any, **given: Any) -> list[Any]:
     """As `sp.simulate_many`, without warnings."""
-    return _simulated(list(systems), asked_for(given))
+    return _simulated(list(systems), arguments_of(given))
 
 
 def assert_same(found: Any, alone: Any) -> None:

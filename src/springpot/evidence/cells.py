@@ -156,7 +156,7 @@ def cell_of(system: System) -> Cell:
 
 def _dissipator(unit: System) -> tuple[float, float]:
     """Order and coefficient of the one springpot or dashpot."""
-    found = [(pot.order, pot.coefficient) for pot in unit.springpots.values() if pot.dissipates]
+    found = [(springpot.order, springpot.coefficient) for springpot in unit.springpots.values() if springpot.dissipates]
     if unit.damping > 0.0:
         found.append((1.0, unit.damping))
     if len({order for order, _ in found}) != 1:

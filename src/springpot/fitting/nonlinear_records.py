@@ -351,15 +351,15 @@ def flow_of(system: System, rates: Floats) -> Flow:
     stiffness = potential.coefficients[1] if len(potential.coefficients) > 1 else 0.0
     damping = unit.damping
     weights, memory = np.zeros(rates.size + 1), np.append(_NEVER * rates[0], rates)
-    pots = unit.springpots.values()
+    springpots = unit.springpots.values()
     spacing = math.log(rates[1] / rates[0])
     slow, fast = rates[0] * math.exp(-0.5 * spacing), rates[-1] * math.exp(0.5 * spacing)
-    for pot in pots:
-        a, c = float(pot.order), float(pot.coefficient)
+    for springpot in springpots:
+        a, c = float(springpot.order), float(springpot.coefficient)
         weights[1:] += c * math.sin(math.pi * a) / math.pi * rates**a * spacing
         weights[0] += c * float(np.sinc(a)) * slow**a
         damping += c * float(np.sinc(1.0 - a)) * fast ** (a - 1.0)
-    if not pots:
+    if not springpots:
         weights, memory = rates[:0], rates[:0]
     walls = [(wall.position, wall.inwards, wall.restitution) for wall in unit.walls.values()]
     contacts = [(c.position, c.inwards, c.stiffness, c.exponent, c.dissipation) for c in unit.contacts.values()]

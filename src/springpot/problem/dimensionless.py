@@ -117,15 +117,15 @@ class Dimensionless(Checked):
                 raise NotCoveredError(f"{name} has a restitution that depends on the speed: {CANONICAL}.")
         if len(unit.walls) > 1:
             raise NotCoveredError(f"{[*unit.walls][1]} is a second wall: {CANONICAL}.")
-        pots = [pot for pot in unit.springpots.values() if pot.coefficient > 0.0]
-        orders = {pot.order for pot in pots} | ({1.0} if unit.damping > 0.0 else set())
+        springpots = [springpot for springpot in unit.springpots.values() if springpot.coefficient > 0.0]
+        orders = {springpot.order for springpot in springpots} | ({1.0} if unit.damping > 0.0 else set())
         if len(orders) > 1:
             raise NotCoveredError(
                 f"springpots and dashpots of orders {listed(sorted(f'{o:g}' for o in orders))} are more "
                 f"than one: {CANONICAL}."
             )
         order = orders.pop() if orders else 1.0
-        coefficient = sum(pot.coefficient for pot in pots) + (unit.damping if order == 1.0 else 0.0)
+        coefficient = sum(springpot.coefficient for springpot in springpots) + (unit.damping if order == 1.0 else 0.0)
         if not unit.stiffness > 0.0:
             raise NotCoveredError(f"the stiffness of the springs is {system.stiffness:g}, not positive: {CANONICAL}.")
         return cls(

@@ -543,7 +543,9 @@ class System:
     @property
     def dashpots(self) -> float:
         """Coefficient of the linear dampers, with springpots of order 1, in N s/m."""
-        return self.damping + sum(pot.coefficient for pot in self.springpots.values() if pot.order == 1.0)
+        return self.damping + sum(
+            springpot.coefficient for springpot in self.springpots.values() if springpot.order == 1.0
+        )
 
     @property
     def natural_frequency(self) -> float:

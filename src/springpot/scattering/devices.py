@@ -241,7 +241,7 @@ def simulations_of(plans: Sequence[Plan], whole: Plan, tell: Callable[[float], N
 def _memory_of_all(plans: Sequence[Plan], settings: Settings) -> Callable[[float], ExponentialSum]:
     """Sums by the order: with common rates of the orders of a springpot that differ, otherwise the shortest ones."""
     alone, ranges = sums_of(settings), list[tuple[float, float]]()
-    orders = np.array([[pot.order for pot in plan.system.springpots.values()] for plan in plans])
+    orders = np.array([[springpot.order for springpot in plan.system.springpots.values()] for plan in plans])
     for low, high in sorted(zip(orders.min(axis=0).tolist(), orders.max(axis=0).tolist(), strict=True)):
         if low < high and ranges and low <= ranges[-1][1]:  # springpots whose orders overlap have the same rates
             ranges[-1] = ranges[-1][0], max(high, ranges[-1][1])

@@ -33,14 +33,14 @@ from springpot.scattering.estimates import Interval, jackknifed, one_sided
 from springpot.scattering.exceeded import DeviceExceedance, DevicesThatExceed
 from springpot.scattering.own_probability import own_probability
 from springpot.scattering.scattered import check_numbers, check_stops, doubts_of_laws, shares_of_progress
-from springpot.scattering.stages import DEVICES, AskedOfDevices, Lot, Stage, normal_scores
+from springpot.scattering.stages import DEVICES, EventOfDevices, Lot, Stage, normal_scores
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.paths.statistics import NORMAL, UPPER
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.options import Options, StartKind
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.rare.asked import asked_of
+from springpot.simulation.rare.event import event_of
 from springpot.simulation.rare.exceedance import exceeded, long_time, settled, split_early, stated
 from springpot.simulation.rare.search import ExceedanceCurve, unknown
 
@@ -152,10 +152,10 @@ def exceeded_by_devices(
     found, said = dict[str, DeviceExceedance](), doubts_of_laws(numbers)
     for n, (quantity, given, sign) in enumerate(wanted):
         share, levels_of_it = 1.0 / len(wanted), given.ravel()[np.argsort(sign * given.ravel())]
-        asked = AskedOfDevices(lot, quantity, levels_of_it, sign, marked.get(quantity.name), n * _STREAMS)
+        event = EventOfDevices(lot, quantity, levels_of_it, sign, marked.get(quantity.name), n * _STREAMS)
         own_clock = Clock(clock.left / (len(wanted) - n))
         try:
-            stage = asked.search(rtol, own_clock, told(n * share, 0.8 * share) or (lambda _: None))
+            stage = event.search(rtol, own_clock, told(n * share, 0.8 * share) or (lambda _: None))
         except OutOfTimeError:
             short = "max_time is too short for any result: the first paths have not ended."
             raise TimeoutError(short + long_time(plan.motion, settings["duration"])) from None
@@ -166,8 +166,8 @@ def exceeded_by_devices(
                 progress=told((n + 0.8) * share, 0.2 * share), **{**settings, "step": lot.plan.settings.step},
             ).curves[quantity.name]  # fmt: skip
         except TimeoutError:  # what is known of the devices is kept
-            alone = unknown(asked_of(plan, lot.nominal.parts, quantity, levels_of_it, sign))
-        found[quantity.name] = curve = _curve(asked, stage, alone, bounds.get(quantity.name))
+            alone = unknown(event_of(plan, lot.nominal.parts, quantity, levels_of_it, sign))
+        found[quantity.name] = curve = _curve(event, stage, alone, bounds.get(quantity.name))
         said += [*_doubts(curve, rtol), *(f"of the nominal device: {each}" for each in alone.warnings)]
     begin, end = lot.plan.settings.window
     return DevicesThatExceed(
@@ -225,9 +225,9 @@ def _limits(limits: object, names: Sequence[str]) -> dict[str, float]:
     return {name: float(limit) for name, limit in limits.items()}
 
 
-def _curve(asked: AskedOfDevices, stage: Stage, alone: ExceedanceCurve, limit: float | None) -> DeviceExceedance:
+def _curve(event: EventOfDevices, stage: Stage, alone: ExceedanceCurve, limit: float | None) -> DeviceExceedance:
     """All that is known from the repetitions."""
-    lot, count = asked.lot, len(stage.found)
+    lot, count = event.lot, len(stage.found)
     begin, stop = lot.plan.settings.window
     p, error, weights = stage.found.mean(axis=0), stage.error, stage.tally.weights
     wide = np.exp(one_sided(count, 0.975) * error / np.where(p > 0.0, p, 1.0))
@@ -237,27 +237,27 @@ def _curve(asked: AskedOfDevices, stage: Stage, alone: ExceedanceCurve, limit: f
         largest = float(weights.mean() + 2.0 * weights.std(ddof=1) / math.sqrt(count))
         unseen = min(1.0, largest * float(stage.weights.max()))
     ancestors, last = stage.tally.of_ancestors, stage.tally.of_devices[:, -1]
-    by_mean, by_scatter = _moments(asked, stage)
+    by_mean, by_scatter = _moments(event, stage)
     return DeviceExceedance(
-        name=asked.quantity.name, unit=asked.quantity.unit, levels=asked.levels, probability=p,
+        name=event.quantity.name, unit=event.quantity.unit, levels=event.levels, probability=p,
         error=np.where(all_did, unseen / NORMAL, error), low=np.where(all_did, math.exp(-unseen), p / wide),
         high=np.where(p > 0.0, np.minimum(p * wide, 1.0), unseen), nominal=alone, splits=stage.splits,
         repetitions=count, paths=stage.paths, path_steps=stage.tally.path_steps, draws=stage.values,
         shares=last / (float(last.sum()) or 1.0), largest=float(ancestors.max()) / (float(ancestors.sum()) or 1.0),
-        by_mean=by_mean, by_scatter=by_scatter, limit=limit, downwards=asked.quantity.has_sides and asked.sign < 0.0,
+        by_mean=by_mean, by_scatter=by_scatter, limit=limit, downwards=event.quantity.has_sides and event.sign < 0.0,
         of_devices=own_probability(stage, lot, limit), duration=stop - begin,
         stationary=lot.plan.settings.start == "stationary",
     )  # fmt: skip
 
 
 def _moments(
-    asked: AskedOfDevices, stage: Stage
+    event: EventOfDevices, stage: Stage
 ) -> tuple[dict[str, list[Interval]], dict[str, list[Interval]]]:  # fmt: skip
     """Of the scores of devices that exceed each level, weighted: their means, and their mean squares less 1."""
     found: tuple[dict[str, list[Interval]], dict[str, list[Interval]]] = {}, {}
-    added, free = stage.of_repetitions, [not tied for tied in asked.lot.together.tied]
+    added, free = stage.of_repetitions, [not tied for tied in event.lot.together.tied]
     below = added.sum(axis=1)
-    for n, name in enumerate(asked.lot.numbers):
+    for n, name in enumerate(event.lot.numbers):
         scores = stage.scores[:, n].reshape(*added.shape[:2], 1)
         for own, power in zip(found, (1, 2), strict=True):
             above = (added * scores**power).sum(axis=1)

@@ -18,7 +18,7 @@ from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.together import alike
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.rare.asked import Asked, Quantity, asked_of, constants_of
+from springpot.simulation.rare.event import Event, Quantity, constants_of, event_of
 from springpot.simulation.rare.search import FREQUENT
 from springpot.simulation.rare.splitting import Population, Tally, repetitions
 
@@ -183,7 +183,7 @@ class Lot:
 
 
 @dataclass(frozen=True, eq=False)
-class AskedOfDevices:
+class EventOfDevices:
     """A quantity whose levels are asked of devices.
 
     Attributes
@@ -218,15 +218,15 @@ class AskedOfDevices:
         OutOfTimeError
             If the time is over before the plain paths have ended.
         """
-        asked = asked_of(self.lot.plan, self.lot.nominal.parts, self.quantity, self.levels, self.sign)
-        first = self._drawn(0, None, asked, clock, lambda done: tell(0.15 * done))
-        known = plain = self._run(asked, first, PILOT_PATHS, False, 0, clock)
+        event = event_of(self.lot.plan, self.lot.nominal.parts, self.quantity, self.levels, self.sign)
+        first = self._drawn(0, None, event, clock, lambda done: tell(0.15 * done))
+        known = plain = self._run(event, first, PILOT_PATHS, False, 0, clock)
         splits, tilt, paths = bool(plain.found[:, -1].mean() < FREQUENT), None, PILOT_PATHS
         stage = None if splits else plain
         try:
             if splits:
-                asked = asked.told_by(plain.tally.ends)
-                known = self._run(asked, first, PILOT_PATHS, True, 1, clock)
+                event = event.told_by(plain.tally.ends)
+                known = self._run(event, first, PILOT_PATHS, True, 1, clock)
                 tilt, paths = known.tilt(), PATHS
             for number in range(_FIRST_ROUND, _FIRST_ROUND + MOST_ROUNDS):
                 if stage is not None:
@@ -236,15 +236,15 @@ class AskedOfDevices:
                     tell(0.2 + 0.8 * (min(1.0, (rtol * p / error) ** 2) if p > 0.0 else number / MOST_ROUNDS))
                     if splits and not error * math.sqrt(len(stage.found)) <= _UNEVEN * p:
                         paths = min(4 * paths, MOST_PATHS)
-                drawn = self._drawn(number, tilt, asked, clock, lambda _: None)
-                more = self._run(asked, drawn, paths, splits, number, clock)
+                drawn = self._drawn(number, tilt, event, clock, lambda _: None)
+                more = self._run(event, drawn, paths, splits, number, clock)
                 stage = more if stage is None else stage.with_more(more)
         except OutOfTimeError:  # what only tells where is right on average too
             pass
         return stage or known
 
     def _drawn(
-        self, number: int, tilt: Tilt | None, asked: Asked, clock: Clock, tell: Callable[[float], None]
+        self, number: int, tilt: Tilt | None, event: Event, clock: Clock, tell: Callable[[float], None]
     ) -> Drawn:  # fmt: skip
         def told(done: float) -> None:
             clock.check()
@@ -269,13 +269,13 @@ class AskedOfDevices:
                 raise ValueError(f"levels of {self.quantity.name} must have one sign in all devices: give bounds.")
         devices = [(each.plan, each.parts) for each in simulations]
         constants = constants_of(
-            (lot.plan, lot.nominal.parts), devices, self.quantity, asked, self.sign, factors
+            (lot.plan, lot.nominal.parts), devices, self.quantity, event, self.sign, factors
         )  # fmt: skip
         return Drawn(whole, values, Population(simulations, constants, np.concatenate(weights)))
 
-    def _run(self, asked: Asked, drawn: Drawn, paths: int, splits: bool, number: int, clock: Clock) -> Stage:
+    def _run(self, event: Event, drawn: Drawn, paths: int, splits: bool, number: int, clock: Clock) -> Stage:
         tally = repetitions(
-            self.lot.nominal, asked, first=0, count=SCRAMBLINGS, paths=paths, stream=self.stream + number,
+            self.lot.nominal, event, first=0, count=SCRAMBLINGS, paths=paths, stream=self.stream + number,
             splits=splits, clock=clock, tell=lambda _: None, population=drawn.population,
         )  # fmt: skip
         if not tally.complete:

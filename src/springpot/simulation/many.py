@@ -12,7 +12,7 @@ from typing import Any, Concatenate, ParamSpec
 
 from springpot.machine.faults import shown
 from springpot.problem.system import System, checked_system
-from springpot.simulation.monte_carlo import Asked, asked_for, door, planned, run_to, simulate
+from springpot.simulation.monte_carlo import Arguments, arguments_of, door, planned, run_to, simulate
 from springpot.simulation.paths.simulation import Ensemble, Progress
 from springpot.simulation.paths.together import advance_together
 from springpot.simulation.result.results import Run
@@ -99,7 +99,7 @@ def simulate_many(systems: Iterable[System], **given: Any) -> list[Run]:
     >>> rates[0] > rates[1] > rates[2]
     True
     """
-    return _simulated(_checked(systems), asked_for(given))
+    return _simulated(_checked(systems), arguments_of(given))
 
 
 def _checked(systems: Iterable[System]) -> list[System]:
@@ -108,22 +108,22 @@ def _checked(systems: Iterable[System]) -> list[System]:
     return [checked_system(system, f"systems[{number}]") for number, system in enumerate(systems)]
 
 
-def _simulated(systems: Sequence[System], asked: Asked) -> list[Run]:
+def _simulated(systems: Sequence[System], arguments: Arguments) -> list[Run]:
     def each(do: Callable[[int], Any]) -> list[Any]:
         return [_noted(do, number) for number in range(len(systems))]
 
-    if asked.rtol is not None:
-        shares = _shares(asked.progress, [1.0] * len(systems))
-        return each(lambda number: run_to(systems[number], replace(asked, progress=shares[number])))
-    plans = each(lambda number: planned(systems[number], asked))
-    [begun] = _shares(asked.progress, [0.0])
+    if arguments.rtol is not None:
+        shares = _shares(arguments.progress, [1.0] * len(systems))
+        return each(lambda number: run_to(systems[number], replace(arguments, progress=shares[number])))
+    plans = each(lambda number: planned(systems[number], arguments))
+    [begun] = _shares(arguments.progress, [0.0])
     ready = each(lambda number: plans[number].ready(begun))
     # the paths of each system, and the seconds that they took: of those together each has its part
     work = [float(each.simulation.settings.paths) * each.simulation.settings.steps for each in ready]
     alone = [number for number, each in enumerate(ready) if each.is_alone]
     others = sorted({*range(len(ready))} - {*alone})
     shared = sum(work[number] for number in others)
-    told, *tellers = _shares(asked.progress, [shared, *(work[number] for number in alone)])
+    told, *tellers = _shares(arguments.progress, [shared, *(work[number] for number in alone)])
     flown, begun_at = dict[int, tuple[Ensemble, float]](), time.perf_counter()
     ensembles = advance_together([ready[number].simulation for number in others], told)
     seconds = time.perf_counter() - begun_at

@@ -80,7 +80,7 @@ def quiet(function: Callable[P, R]) -> Callable[P, R]:
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class Arguments:
     """The arguments of `simulate`, by what they decide.
 
     Attributes
@@ -102,7 +102,7 @@ class Asked:
     progress: Progress | None
 
 
-def asked_for(given: Mapping[str, Any]) -> Asked:
+def arguments_of(given: Mapping[str, Any]) -> Arguments:
     """The arguments that were given, after a check that they can be given together."""
     usual = inspect.signature(simulate).parameters
     chosen = {name: value for name, value in given.items() if not is_default(value, usual[name].default)}
@@ -122,7 +122,7 @@ def asked_for(given: Mapping[str, Any]) -> Asked:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
     if rtol is None and chosen:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
-    return Asked(options, wishes, rtol, chosen, progress)
+    return Arguments(options, wishes, rtol, chosen, progress)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,9 +153,9 @@ class Planned:
         return Ready(self, simulation, time.perf_counter() - begun)
 
 
-def planned(system: System, asked: Asked) -> Planned:
+def planned(system: System, arguments: Arguments) -> Planned:
     """Check the arguments for a system, and complete them."""
-    options, wishes = asked.options, asked.wishes
+    options, wishes = arguments.options, arguments.wishes
     plan, moved = from_the_start(plan_for(system, options, wishes), wishes, options.get("window"))
     return Planned(system, plan, requested(plan, wishes), options, moved)
 
@@ -269,17 +269,17 @@ def _faults_of_own_forces(system: System) -> Iterator[None]:
         raise ValueError(f"the function of {own} failed during the run: {faults[0]!r}.") from faults[0]
 
 
-def run_to(system: System, asked: Asked) -> Run:
+def run_to(system: System, arguments: Arguments) -> Run:
     """A run with ``rtol``."""
     from springpot.simulation.error.reach import reach  # loaded for rtol only
 
-    rtol, given = asked.rtol, asked.options
+    rtol, given = arguments.rtol, arguments.options
     chosen = sorted(set(given) - {"seed", "threads"})
     if chosen:
         raise ValueError(f"{chosen[0]} cannot be given with rtol, which chooses it; only seed and threads can.")
     begun = time.perf_counter()
     with _faults_of_own_forces(system):
-        reached = reach(system, rtol, progress=asked.progress, **asked.of_rtol, **given)
+        reached = reach(system, rtol, progress=arguments.progress, **arguments.of_rtol, **given)
     rows, seen = reached.rows, watched(reached.simulation, reached.rows)
     outputs = [name for square, name in output_squares(system).items() if square in reached.wanted]
     warned = [
@@ -566,12 +566,12 @@ def simulate(
     ('W', True)
     """
     given = {name: value for name, value in locals().items() if name != "system"}
-    asked = asked_for(given)
-    if asked.rtol is not None:
-        return run_to(system, asked)
-    ready = planned(system, asked).ready(asked.progress)
+    arguments = arguments_of(given)
+    if arguments.rtol is not None:
+        return run_to(system, arguments)
+    ready = planned(system, arguments).ready(arguments.progress)
     begun = time.perf_counter()
-    ensemble = ready.alone(_with_time(ready.simulation, asked.progress))
+    ensemble = ready.alone(_with_time(ready.simulation, arguments.progress))
     return ready.run(ensemble, time.perf_counter() - begun)
 
 

@@ -96,7 +96,7 @@ def _levels(study: Study, method: str) -> dict[str, Any]:
     if not given:
         return {}
     from springpot.simulation.plan.motions import motion_of  # slow to import
-    from springpot.simulation.rare.asked import quantity_of
+    from springpot.simulation.rare.event import quantity_of
 
     motion = motion_of(study.system)
     return {

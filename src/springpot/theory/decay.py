@@ -61,8 +61,10 @@ def stiffness_sum(alpha: float) -> float:
 
 def decay_rate(paper: Dimensionless) -> float:
     """beta of the corrected form, in 1/s: the amplitude decays like exp(-beta t)."""
-    omega, pot = paper.natural_frequency, paper.springpot
-    return memory_decay(pot.order, pot.coefficient, omega, paper.barrier is not None) + impact_decay(paper, omega)
+    omega, springpot = paper.natural_frequency, paper.springpot
+    return memory_decay(springpot.order, springpot.coefficient, omega, paper.barrier is not None) + impact_decay(
+        paper, omega
+    )
 
 
 def mean_square_amplitude(paper: Dimensionless, beta: float, frequency: float) -> float:

@@ -16,7 +16,7 @@ from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import Simulation, simulation_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.rare import exceedance as door
-from springpot.simulation.rare.asked import Asked, asked_of, quantity_of
+from springpot.simulation.rare.event import Event, event_of, quantity_of
 from springpot.simulation.rare.splitting import Tally, _Paths, repetitions
 from tests.simulation.systems import of_many_kinds
 from tests.sizes import validation
@@ -73,25 +73,25 @@ def prepared(
     threads: int = 2,
     own: Any = None,
     **given: Any,
-) -> tuple[Simulation, Asked]:
+) -> tuple[Simulation, Event]:
     plan = door.settled(
         plan_of(system, **{"duration": 20.0, "step": 0.1, "threads": threads, "start": "rest", **given})
     )
     if plan.settings.start == "stationary":
         plan = door.adapt(plan)
     simulation = simulation_of(door.split_early(plan))
-    asked = asked_of(plan, simulation.parts, quantity_of(plan.motion, name, own), np.array(levels), sign)
+    asked = event_of(plan, simulation.parts, quantity_of(plan.motion, name, own), np.array(levels), sign)
     return simulation, asked.told_by(tally((simulation, asked), 0, 32, splits=False, stream=9).ends)
 
 
 def tally(
-    of: tuple[Simulation, Asked], first: int, count: int, paths: int = 64, splits: bool = True, stream: int = 3
+    of: tuple[Simulation, Event], first: int, count: int, paths: int = 64, splits: bool = True, stream: int = 3
 ) -> Tally:
     given: dict[str, Any] = {"stream": stream + splits, "clock": Clock(None), "tell": lambda _: None}
     return repetitions(*of, first=first, count=count, paths=paths, splits=splits, **given)
 
 
-def many(of: tuple[Simulation, Asked], count: int, splits: bool = True) -> Floats:
+def many(of: tuple[Simulation, Event], count: int, splits: bool = True) -> Floats:
     """Of so many repetitions, not too many at once, the probabilities by half time and by the end."""
     parts = [tally(of, first, min(1024, count - first), splits=splits) for first in range(0, count, 1024)]
     return np.concatenate([each.exceeded for each in parts])

@@ -256,8 +256,8 @@ class FractionalMaxwell(Element):
 
     def term(self) -> str:
         """Its force in the equation of motion."""
-        pot = self.springpot
-        return f" + F[{self.spring.stiffness:.6g} in series with {pot.coefficient:.6g} D^{pot.order:.6g}]"
+        springpot = self.springpot
+        return f" + F[{self.spring.stiffness:.6g} in series with {springpot.coefficient:.6g} D^{springpot.order:.6g}]"
 
     @property
     def stiffness_at_once(self) -> float:
@@ -278,11 +278,11 @@ class FractionalMaxwell(Element):
 
     def scales(self, stiffness: float = 0.0, share: float = 0.0) -> list[float]:
         """Where its spring, its springpot, and the one as much as the other hold."""
-        pot, k = self.springpot, self.spring.stiffness
+        springpot, k = self.springpot, self.spring.stiffness
         return [
             math.sqrt(stiffness + k * share),
-            (pot.coefficient * share) ** (1.0 / (2.0 - pot.order)),
-            _power_of(k / pot.coefficient, 1.0 / pot.order),
+            (springpot.coefficient * share) ** (1.0 / (2.0 - springpot.order)),
+            _power_of(k / springpot.coefficient, 1.0 / springpot.order),
         ]
 
     def slowed(self, factor: float) -> FractionalMaxwell:
@@ -295,8 +295,8 @@ class FractionalMaxwell(Element):
 
     def modulus(self, p: Any) -> Any:
         """Force per displacement at the Laplace variable p."""
-        pot, k = self.springpot.modulus(p), self.spring.stiffness
-        return k * pot / (k + pot)
+        springpot, k = self.springpot.modulus(p), self.spring.stiffness
+        return k * springpot / (k + springpot)
 
     def slopes(self, p: Any) -> Slopes:
         """The derivatives of the modulus by the springpot's numbers and the stiffness."""
@@ -317,8 +317,8 @@ def order_at_rest(part: Any) -> float:
     >>> order_at_rest(FractionalMaxwell(Springpot(0.3, 1.0), Spring(2.0))), order_at_rest(Maxwell(1.0, 1.0))
     (0.3, 1.0)
     """
-    pot = springpot_in(part)
-    return 1.0 if pot is None else float(pot.order)
+    springpot = springpot_in(part)
+    return 1.0 if springpot is None else float(springpot.order)
 
 
 @dataclass(frozen=True)

@@ -334,10 +334,10 @@ def _(part: FractionalMaxwell, name: str, units: Units, step: float) -> Lowered:
     It is integrated over their logarithm u by the trapezoidal rule on a scale y(u).
     """
     order, stiffness = part.springpot.order, part.spring.stiffness * units.time**2
-    pot = part.springpot.coefficient * units.time ** (2.0 - order)
+    springpot = part.springpot.coefficient * units.time ** (2.0 - order)
     if order == 1.0:
-        return Lowered(arms=(Arm(stiffness, stiffness / pot),))
-    turn, lam = math.pi * order, stiffness / pot
+        return Lowered(arms=(Arm(stiffness, stiffness / springpot),))
+    turn, lam = math.pi * order, stiffness / springpot
     centre = math.log(lam) / order  # of the spectrum
     # near order 1 it is a narrow peak with long tails: the places are dense in the peak only
     width = math.pi * min(1.0, (1.0 - order) / order)
@@ -345,7 +345,7 @@ def _(part: FractionalMaxwell, name: str, units: Units, step: float) -> Lowered:
     low = max(-reach, math.log(_SLOWEST / step) - centre)
     high = min(reach, math.log(_FASTEST / step) - centre)
     if high <= -reach:  # the spring does not give way
-        return Lowered(springpots=((order, pot),))
+        return Lowered(springpots=((order, springpot),))
     # at places of the logarithm of the rate on a scale that is wide within ``width`` of 0
     first, last = (math.floor((u + math.asinh(u / width)) / _SPACING) for u in (low, high))
     y = _SPACING * np.arange(first, last + 2, dtype=np.float64)

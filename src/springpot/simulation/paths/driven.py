@@ -175,7 +175,7 @@ class Driven:
     def _memory(self, systems: Sequence[System]) -> Callable[[float], ExponentialSum]:
         """Sums by the order: near orders have the same rates, so that a small change of one moves no path by a jump."""
         alone, groups = sums_of(self.plan.settings), list[list[float]]()
-        for order in sorted({pot.order for system in systems for pot in system.springpots.values()}):
+        for order in sorted({springpot.order for system in systems for springpot in system.springpots.values()}):
             if groups and (order - groups[-1][0] < _WIDE[0] or order - groups[-1][-1] < _NEAR):
                 groups[-1].append(order)
             else:

@@ -68,7 +68,9 @@ class Creep:
         none = np.zeros((len(self.rows), 0, len(s)))
         k = self.stiffness
         alone = {} if system.thermal else holding_alone(system)
-        values = np.linalg.eigvalsh(k + coordinates.sum_of({name: pot.coefficient for name, pot in alone.items()}))
+        values = np.linalg.eigvalsh(
+            k + coordinates.sum_of({name: springpot.coefficient for name, springpot in alone.items()})
+        )
         if not values[0] > _HELD * values[-1]:
             return none, none
         p = -s * (1.0 + 1j * _BELOW)

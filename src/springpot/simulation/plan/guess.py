@@ -316,8 +316,8 @@ def _overdamped_time(damping: float, frequency: float) -> float:
     return damping / frequency**2 if damping > frequency else 0.0
 
 
-def _creep_time(pot: Springpot, frequency: float) -> float:
+def _creep_time(springpot: Springpot, frequency: float) -> float:
     """As that of an oscillator of this frequency."""
-    if not pot.remembers or pot.coefficient <= frequency ** (2.0 - pot.order):
+    if not springpot.remembers or springpot.coefficient <= frequency ** (2.0 - springpot.order):
         return 0.0
-    return creep_time(pot.coefficient / frequency**2, pot.order)
+    return creep_time(springpot.coefficient / frequency**2, springpot.order)

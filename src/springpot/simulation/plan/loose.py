@@ -181,8 +181,8 @@ def holding_alone(system: System) -> dict[str, Springpot]:
     """
     if system.stops or system.constant_force.any():
         return {}
-    pots = {name: springpot_in(part) for name, part in system.elements.items()}
-    return {name: pot for name, pot in pots.items() if pot and 0.0 < pot.order < 0.5}
+    springpots = {name: springpot_in(part) for name, part in system.elements.items()}
+    return {name: springpot for name, springpot in springpots.items() if springpot and 0.0 < springpot.order < 0.5}
 
 
 def springpot_alone(unit: System) -> Springpot | None:
@@ -197,7 +197,11 @@ def springpot_alone(unit: System) -> Springpot | None:
     True
     """
     alone = holding_alone(unit)
-    return min(alone.values(), key=lambda pot: pot.order) if alone and not any(unit.potential.coefficients) else None
+    return (
+        min(alone.values(), key=lambda springpot: springpot.order)
+        if alone and not any(unit.potential.coefficients)
+        else None
+    )
 
 
 def held_by_springpots(unit: System) -> Potential:

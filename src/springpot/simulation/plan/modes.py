@@ -154,8 +154,8 @@ def _alone(system: System) -> float:
     """A frequency with springpots alone."""
     at = system.coordinates
     rates = [
-        (pot.coefficient / at.reduced(at.elongations[name])) ** (1.0 / (2.0 - pot.order))
-        for name, pot in system.springpots.items()
+        (springpot.coefficient / at.reduced(at.elongations[name])) ** (1.0 / (2.0 - springpot.order))
+        for name, springpot in system.springpots.items()
     ]
     return max(rates, default=0.0)
 
@@ -313,12 +313,12 @@ def _slow_dashpots(system: System, modes: Modes) -> Iterator[tuple[str, float, f
             yield name, 1.0, reduced * dashpot
 
 
-def _creep_times(system: System, pots: Iterable[tuple[str, float, float]]) -> Iterator[float]:
+def _creep_times(system: System, springpots: Iterable[tuple[str, float, float]]) -> Iterator[float]:
     """Of each springpot or dashpot in the place of a part, if it is stronger than the springs along its row."""
     at = system.coordinates
     values, shapes = np.linalg.eigh(system.stiffness_matrix)
     held = values > 1e-12 * max(float(values.max()), 0.0)
-    for name, order, coefficient in pots:
+    for name, order, coefficient in springpots:
         row = at.elongations[name]
         give, reduced = float(((row @ shapes[:, held]) ** 2 / values[held]).sum()), at.reduced(row)
         if order > 0.0 and give > 0.0 and coefficient / reduced > (give * reduced) ** (0.5 * order - 1.0):

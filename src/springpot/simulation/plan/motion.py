@@ -411,22 +411,24 @@ class Motion:
         if self.potential is None:
             return None
         frequency, share = self.scales.frequency, 0.0
-        for pot in self.kept_means:
-            fading = max(frequency * time, 1.0) ** -pot.order / math.gamma(1.0 - pot.order)
-            share += off * (pot.coefficient * frequency ** (pot.order - 2.0)) * fading
+        for springpot in self.kept_means:
+            fading = max(frequency * time, 1.0) ** -springpot.order / math.gamma(1.0 - springpot.order)
+            share += off * (springpot.coefficient * frequency ** (springpot.order - 2.0)) * fading
         return share
 
     @cached_property
     def kept_means(self) -> tuple[KeptMean, ...]:
         """What springpots remember of the start, each along its row."""
         at, found = self.system.coordinates, []
-        for part, pot in self.system.springpots.items():
+        for part, springpot in self.system.springpots.items():
             row = at.elongations[part]
             alike = (
                 n for n, own in self.displacements.items() if np.array_equal(own, row) or np.array_equal(own, -row)
             )
-            if pot.remembers and (name := next(alike, "")):
-                found.append(KeptMean(name, self.displacements[name], pot.order, pot.coefficient / at.reduced(row)))
+            if springpot.remembers and (name := next(alike, "")):
+                found.append(
+                    KeptMean(name, self.displacements[name], springpot.order, springpot.coefficient / at.reduced(row))
+                )
         return tuple(found)
 
     def transient_left(self, start: str, time: float) -> float:
@@ -571,7 +573,7 @@ class Motion:
     @property
     def springpots(self) -> tuple[Springpot, ...]:
         """Those with memory."""
-        return tuple(pot for pot in self.system.springpots.values() if pot.remembers)
+        return tuple(springpot for springpot in self.system.springpots.values() if springpot.remembers)
 
     @property
     def remembers(self) -> bool:
@@ -717,10 +719,10 @@ class Motion:
         which take a share of each kick within its step.
         """
         taken, rows = scheme_of(self.scheme_for("default")).taken, self.system.coordinates.elongations
-        pots = ((name, *part.fast_springpot) for name, part in (self.system.elements.items() if taken else ()))
+        springpots = ((name, *part.fast_springpot) for name, part in (self.system.elements.items() if taken else ()))
         shares = [
             coefficient * step ** (2.0 - order) / self.system.coordinates.reduced(rows[name])
-            for name, order, coefficient in pots
+            for name, order, coefficient in springpots
             if order > 0.0
         ]
         bias = taken * max(shares, default=0.0)

@@ -27,7 +27,7 @@ from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.options import Options, StartKind
 from springpot.simulation.plan.plan import Plan, default_start, plan_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
-from springpot.simulation.rare.asked import Quantity, asked_of, quantity_of
+from springpot.simulation.rare.event import Quantity, event_of, quantity_of
 from springpot.simulation.rare.levels import ExceedanceLevel, Sought, sought_curve
 from springpot.simulation.rare.saved import Saved, SavedFile
 from springpot.simulation.rare.search import ExceedanceCurve, search, unknown
@@ -363,7 +363,7 @@ def exceeded(
                 )
                 continue
             order = np.argsort(sign * given.ravel())
-            asked = asked_of(plan, simulation.parts, quantity, given.ravel()[order], sign)
+            asked = event_of(plan, simulation.parts, quantity, given.ravel()[order], sign)
             arranged = _arranged(watch, np.argsort(order), given.shape)
             found = search(simulation, asked, rtol, own, told, stream, saved(asked.given), arranged)
         except TimeoutError as error:

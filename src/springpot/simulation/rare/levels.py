@@ -22,7 +22,7 @@ from springpot.machine.progress import Clock, FractionDone
 from springpot.problem.messages import say
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.rare.asked import Quantity, asked_of
+from springpot.simulation.rare.event import Quantity, event_of
 from springpot.simulation.rare.saved import Saved
 from springpot.simulation.rare.search import ExceedanceCurve, search, shares_of_plain_paths
 
@@ -210,7 +210,7 @@ def sought_curve(
 
     def curve(distances: Floats, rtol: float, begin: float, end: float) -> ExceedanceCurve:
         levels = sought.levels(np.unique(np.minimum(distances, sought.farthest)))
-        asked = asked_of(plan, simulation.parts, sought.quantity, levels, sought.sign)
+        asked = event_of(plan, simulation.parts, sought.quantity, levels, sought.sign)
         return search(
             simulation, asked, rtol, clock, _part(told, begin, end), stream + STREAMS * number, saved(levels)
         )  # fmt: skip
@@ -298,7 +298,7 @@ def _law_of_plain_paths(simulation: Simulation, plan: Plan, sought: Sought, cloc
     """
     distances = np.geomspace(10.0**-_DECADES, 10.0**_DECADES, int(2 * _DECADES * math.log(10.0) / _FINE))
     distances = distances[distances < sought.farthest]
-    asked = asked_of(plan, simulation.parts, sought.quantity, sought.levels(distances), sought.sign)
+    asked = event_of(plan, simulation.parts, sought.quantity, sought.levels(distances), sought.sign)
     shares = shares_of_plain_paths(simulation, asked, clock, stream)
     places = [int(np.count_nonzero(shares >= p)) - 1 for p in _USUAL]
     if places[0] < 0 or places[0] == places[1]:

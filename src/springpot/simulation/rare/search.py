@@ -21,7 +21,7 @@ from springpot.problem.outputs import about_shocks
 from springpot.simulation.lowering.outputs import about_contacts
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, UPPER, spread_by_logarithms
-from springpot.simulation.rare.asked import Asked
+from springpot.simulation.rare.event import Event
 from springpot.simulation.rare.saved import Saved
 from springpot.simulation.rare.splitting import Tally, repetitions
 
@@ -232,7 +232,7 @@ class ExceedanceCurve:
 
 
 def search(
-    simulation: Simulation, asked: Asked, rtol: float, clock: Clock, told: Callable[[float], None], stream: int,
+    simulation: Simulation, event: Event, rtol: float, clock: Clock, told: Callable[[float], None], stream: int,
     saved: Saved, watch: Callable[[ExceedanceCurve], None] | None = None,
 ) -> ExceedanceCurve:  # fmt: skip
     """The probability of each level, in the order of rarity, to a relative standard error.
@@ -262,7 +262,7 @@ def search(
     """
     begun, reason = time.perf_counter(), ""
     clock.rate = USUAL_RATE * simulation.settings.threads
-    now = plain = _Repetitions(simulation, asked, PLAIN_PATHS, False, stream, clock, told, saved, rtol, watch)
+    now = plain = _Repetitions(simulation, event, PLAIN_PATHS, False, stream, clock, told, saved, rtol, watch)
     try:
         now.add(REPETITIONS)
         if now.last.mean() < FREQUENT and simulation.motion.is_noisy:
@@ -286,7 +286,7 @@ def search(
     return now.curve(reason, time.perf_counter() - begun)
 
 
-def shares_of_plain_paths(simulation: Simulation, asked: Asked, clock: Clock, stream: int) -> Floats:
+def shares_of_plain_paths(simulation: Simulation, event: Event, clock: Clock, stream: int) -> Floats:
     """The shares of the first plain paths that exceed the levels.
 
     Raises
@@ -296,7 +296,7 @@ def shares_of_plain_paths(simulation: Simulation, asked: Asked, clock: Clock, st
     """
     try:
         tally = repetitions(
-            simulation, asked, first=0, count=REPETITIONS, paths=PLAIN_PATHS, stream=stream, splits=False, clock=clock,
+            simulation, event, first=0, count=REPETITIONS, paths=PLAIN_PATHS, stream=stream, splits=False, clock=clock,
             tell=lambda _: None,
         )  # fmt: skip
     except OutOfTimeError:
@@ -329,7 +329,7 @@ class _Repetitions:
     """Those of one kind, so far."""
 
     simulation: Simulation
-    asked: Asked
+    event: Event
     paths: int
     splits: bool
     stream: int
@@ -346,11 +346,11 @@ class _Repetitions:
 
     def again(self, paths: int) -> _Repetitions:
         """Splitting of so many paths each."""
-        asked = self.asked
+        event = self.event
         if not self.splits:
             ends = np.concatenate([tally.ends for tally in self.tallies])
-            asked = asked.told_by(ends[: REPETITIONS * self.paths])
-        own = replace(self, asked=asked, paths=paths, splits=True, stream=self.stream + 1, most=self._bound())
+            event = event.told_by(ends[: REPETITIONS * self.paths])
+        own = replace(self, event=event, paths=paths, splits=True, stream=self.stream + 1, most=self._bound())
         try:
             own.add(REPETITIONS)
         except OutOfTimeError:
@@ -380,7 +380,7 @@ class _Repetitions:
         threads, is_saved = self.simulation.settings.threads, self.saved.file.path is not None
         count = min(wanted - done, (1 if self.splits else threads) if is_saved else PATHS_AT_ONCE // self.paths)
         steps = sum(tally.path_steps for tally in self.tallies)
-        usual = 1.0 + (float(np.mean(self.tallies[-1].iterations)) if self.tallies else self.asked.iterations)
+        usual = 1.0 + (float(np.mean(self.tallies[-1].iterations)) if self.tallies else self.event.iterations)
         each = steps / done if done else self._length(self.paths)
         reason = f"{wanted} repetitions of {self.paths} paths"
         later = 0.0 if done else self._later(wanted)
@@ -396,7 +396,7 @@ class _Repetitions:
 
         begun = time.perf_counter()
         tally = repetitions(
-            self.simulation, self.asked, first=done, count=count, paths=self.paths, stream=self.stream,
+            self.simulation, self.event, first=done, count=count, paths=self.paths, stream=self.stream,
             splits=self.splits, clock=self.clock, tell=tell, watch=self._show if self.watch else None,
         )  # fmt: skip
         if tally.path_steps > MEASURED:
@@ -409,13 +409,13 @@ class _Repetitions:
 
     def _length(self, paths: int) -> float:
         """Steps of a repetition of so many paths, about."""
-        return paths * self.simulation.settings.steps * (1.0 + ADDED_LENGTH * self.asked.iterations * self.splits)
+        return paths * self.simulation.settings.steps * (1.0 + ADDED_LENGTH * self.event.iterations * self.splits)
 
     def _later(self, count: int) -> float:
         """Steps after so many first repetitions, about: of more of them, or of larger ones."""
         if not self.splits:
             return 0.0
-        paths, iterations = self.paths, self.asked.iterations
+        paths, iterations = self.paths, self.event.iterations
         square = USUAL_SQUARE * (1.0 + (iterations / MANY_ITERATIONS) ** 3) * iterations / paths
         if square > UNEVEN**2 and paths < MOST_PATHS:
             larger = replace(self, paths=4 * paths)
@@ -437,9 +437,9 @@ class _Repetitions:
     @property
     def is_hopeless(self) -> bool:
         """Whether larger ones would die out too before the last level."""
-        reached, floor = max(float(tally.reached.max()) for tally in self.tallies), self.asked.floor
+        reached, floor = max(float(tally.reached.max()) for tally in self.tallies), self.event.floor
         farther = (MOST_PATHS / self.paths) ** FARTHER
-        return not self.last.any() and floor < reached < floor + (self.asked.target - floor) / farther
+        return not self.last.any() and floor < reached < floor + (self.event.target - floor) / farther
 
     def lacking(self) -> int:
         """How many more are needed."""
@@ -487,13 +487,13 @@ class _Repetitions:
         of_few = late.max(axis=0) >= MOST_OF_A_RATE * late.sum(axis=0)  # or of none
         no_rate = all_did | of_few | (not self.simulation.motion.settles)
         p_of_most, half_of_most = (np.where(no_rate, np.nan, each) for each in (p, half.mean(axis=0)))
-        rate = -2.0 / self.asked.duration * (np.log1p(-p_of_most) - np.log1p(-half_of_most))
-        rate_error = 2.0 / self.asked.duration * _error(late) / (1.0 - p_of_most)
+        rate = -2.0 / self.event.duration * (np.log1p(-p_of_most) - np.log1p(-half_of_most))
+        rate_error = 2.0 / self.event.duration * _error(late) / (1.0 - p_of_most)
         unseen = UPPER / (self.paths * count)
         error, low = np.where(all_did, unseen / NORMAL, error), np.where(all_did, math.exp(-unseen), p / wide)
-        name, units = self.asked.name, self.asked.unit
+        name, units = self.event.name, self.event.unit
         return ExceedanceCurve(
-            name, units, self.asked.given, p, error, low, high, rate, rate_error,
+            name, units, self.event.given, p, error, low, high, rate, rate_error,
             method="splitting" if self.splits else "plain",
             repetitions=count,
             paths=self.paths,
@@ -501,9 +501,9 @@ class _Repetitions:
             iterations=float(np.concatenate([tally.iterations for tally in self.tallies]).mean()),
             path_steps=self.path_steps,
             seconds=seconds,
-            duration=self.asked.duration,
+            duration=self.event.duration,
             settles=self.simulation.motion.settles,
-            downwards=self.asked.downwards,
+            downwards=self.event.downwards,
             warnings=tuple(self._doubts(p, error, low, high, reason)),
         )  # fmt: skip
 
@@ -514,23 +514,23 @@ class _Repetitions:
         return min(self.most, own) if not self.last.any() else 1.0
 
     def _doubts(self, p: Floats, error: Floats, low: Floats, high: Floats, reason: str) -> list[Message]:
-        rtol, of = self.rtol, {"name": self.asked.name, "unit": self.asked.unit}
-        motion, seen = self.simulation.motion, {k for each in self.asked.observers for k in each.signal.outputs}
-        said = about_shocks(motion.system, [self.asked.name], {})
+        rtol, of = self.rtol, {"name": self.event.name, "unit": self.event.unit}
+        motion, seen = self.simulation.motion, {k for each in self.event.observers for k in each.signal.outputs}
+        said = about_shocks(motion.system, [self.event.name], {})
         said += about_contacts(motion, self.simulation.settings.step, [[*motion.outputs][k] for k in sorted(seen)], {})
         if not p.all():
             n = int(np.argmin(p))
-            said.append(say("level_not_reached", **of, level=self.asked.given[n], most=high[n]))
+            said.append(say("level_not_reached", **of, level=self.event.given[n], most=high[n]))
         if reason and (error > rtol * p).any():
             n = int(np.argmax(error / np.where(p > 0.0, p, math.inf)))
             known = {"reached": per_cent(error[n] / p[n]), "rtol": per_cent(rtol), "reason": reason}
-            said.append(say("rare_not_known", **of, level=self.asked.given[n], **known))
+            said.append(say("rare_not_known", **of, level=self.event.given[n], **known))
         with np.errstate(divide="ignore", invalid="ignore"):
             wide = np.nan_to_num(np.log(p / low) / (NORMAL * error / p), posinf=0.0)
         if self.splits and wide.max() > WIDE:
             n = int(np.argmax(wide))
             ends = {"low": f"{low[n]:.2g}", "high": f"{high[n]:.2g}"}
-            said.append(say("wide_interval", **of, level=self.asked.given[n], times=wide[n], **ends))
+            said.append(say("wide_interval", **of, level=self.event.given[n], times=wide[n], **ends))
         if self.splits and p.any():
             spread, largest = _spread(self.rarest), float(self.rarest.max() / self.rarest.sum())
             if spread > DOUBTFUL or largest > LARGEST_SHARE:
@@ -538,14 +538,14 @@ class _Repetitions:
         return said
 
 
-def unknown(asked: Asked) -> ExceedanceCurve:
+def unknown(event: Event) -> ExceedanceCurve:
     """What is known of a quantity whose first paths have not ended: nothing, so the bound of each level is 1."""
-    none = np.full(len(asked.given), np.nan)
-    said = say("level_not_reached", name=asked.name, unit=asked.unit, level=asked.given[0], most=1.0)
+    none = np.full(len(event.given), np.nan)
+    said = say("level_not_reached", name=event.name, unit=event.unit, level=event.given[0], most=1.0)
     return ExceedanceCurve(
-        asked.name, asked.unit, asked.given, none, none, np.zeros_like(none), np.ones_like(none), none, none,
+        event.name, event.unit, event.given, none, none, np.zeros_like(none), np.ones_like(none), none, none,
         method="plain", repetitions=0, paths=0, spread=math.inf, iterations=0.0, path_steps=0.0, seconds=0.0,
-        duration=asked.duration,
+        duration=event.duration,
         warnings=(said,),
     )  # fmt: skip
 

@@ -41,7 +41,7 @@ from springpot.simulation.kernel.tables import by_lane
 from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.paths.simulation import Simulation, addresses_of
 from springpot.simulation.paths.together import start_of
-from springpot.simulation.rare.asked import Asked
+from springpot.simulation.rare.event import Event
 
 Numbers = npt.NDArray[np.int64]
 
@@ -134,7 +134,7 @@ class Population:
 
 def repetitions(
     simulation: Simulation,
-    asked: Asked,
+    event: Event,
     *,
     first: int,
     count: int,
@@ -172,8 +172,8 @@ def repetitions(
     ValueError
         If a function of the user gives no number.
     """
-    run = _Paths(simulation, asked, first * paths, count * paths, stream, splits, clock, tell, population)
-    size, levels = count * paths, asked.levels
+    run = _Paths(simulation, event, first * paths, count * paths, stream, splits, clock, tell, population)
+    size, levels = count * paths, event.levels
     devices = 1 if population is None else len(population.simulations)
     each, ancestors = size // devices, np.arange(size)
     worth = np.ones(1) if population is None else population.weights
@@ -213,7 +213,7 @@ def repetitions(
     living = np.empty(paths, np.int64)
     for generation in itertools.count(1):
         at = np.partition(ends[:, :, 0], rank, axis=1)[:, rank]
-        going &= at < asked.target
+        going &= at < event.target
         if not going.any() or generation > MOST_ITERATIONS:
             marks, found = np.zeros((0, MARKS)) if splits else flat, counted(there, weights)
             return Tally(
@@ -256,11 +256,11 @@ class _Paths:
     """The pool of kept states, and calls of the kernel on threads."""
 
     def __init__(
-        self, simulation: Simulation, asked: Asked, first: int, paths: int, stream: int, splits: bool, clock: Clock,
+        self, simulation: Simulation, event: Event, first: int, paths: int, stream: int, splits: bool, clock: Clock,
         tell: Callable[[float], None], population: Population | None,
     ) -> None:  # fmt: skip
         settings, parts = simulation.settings, simulation.parts
-        self.settings, self.parts, self.asked, self.first, self.stream = settings, parts, asked, first, stream
+        self.settings, self.parts, self.event, self.first, self.stream = settings, parts, event, first, stream
         self.clock, self.tell, self.steps = clock, tell, settings.steps
         self.keys, self.kernel = key_words(settings.seed), parts.kernel()
         cycle = 2.0 * np.pi / (simulation.motion.scales.frequency * settings.step)
@@ -299,7 +299,7 @@ class _Paths:
             states = parts.states(settings, self.first, size if generation == 0 else LANES, self.stream)
         else:
             states, device = self.starts[of], of // self.each
-        word, observers = generation << 16 | self.stream, self.asked.observers
+        word, observers = generation << 16 | self.stream, self.event.observers
 
         def work() -> None:
             array = np.concatenate([parts.header_of(observers[0]), observers[0].initial])
@@ -312,8 +312,8 @@ class _Paths:
                 if population is not None:
                     kernel, constants = population.parts_of(device[some]).kernel(), population.constants[device[some]]
                 branches = Branches(
-                    self.every, self.asked.floor, self.asked.spacing, who[some], origin[some], begin[some],
-                    array[self.asked.marks], constants, array[self.asked.constants], marks[some], head[some], mine,
+                    self.every, self.event.floor, self.event.spacing, who[some], origin[some], begin[some],
+                    array[self.event.marks], constants, array[self.event.constants], marks[some], head[some], mine,
                     used, self.kept,
                 )  # fmt: skip
                 kernel(
@@ -333,7 +333,7 @@ class _Paths:
 
         work_together(work, min(settings.threads, -(-blocks // together)), stop=halt, tell=tell)
         if np.isnan(marks).any():
-            raise ValueError(f"levels: {self.asked.name} gives no number at some place that the motion comes to.")
+            raise ValueError(f"levels: {self.event.name} gives no number at some place that the motion comes to.")
         ends[:] = marks[: len(paths)]
         return head[: len(paths)]
 

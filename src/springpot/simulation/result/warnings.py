@@ -150,7 +150,7 @@ def _about_springpot_alone(simulation: Simulation, values: Values) -> Iterator[M
     motion, begin = simulation.motion, simulation.plan.settings.window[0]
     if not motion.held_by or motion.not_stationary or not begin > 0.0:
         return
-    order = min(pot.order for pot in motion.held_by)
+    order = min(springpot.order for springpot in motion.held_by)
     missing = {name: value for creep in motion.slow for name, value in creep.missing(begin).items() if name in values}
     shares = {name: value / (value + values[name]) for name, value in missing.items() if value > 0.0}
     name, left = max(shares.items(), key=lambda item: item[1], default=("", 0.0))
@@ -204,7 +204,11 @@ def _about_memory(simulation: Simulation, values: Values, errors: Values) -> Ite
     size = stiffness * away
     force = abs(values.get("damping_force_mean", 0.0))
     if force > max(FAR_OFF * error, MOST_REMEMBERED * size):
-        yield say("memory_of_start", share=per_cent(force / size), order=min(pot.order for pot in motion.springpots))
+        yield say(
+            "memory_of_start",
+            share=per_cent(force / size),
+            order=min(springpot.order for springpot in motion.springpots),
+        )
 
 
 def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Message]:
@@ -321,7 +325,7 @@ def about_options(plan: Plan, given: Mapping[str, Any]) -> list[Message]:
         useless["contact_tolerance"] = " without scheme='grunwald'"
     elif "contact_tolerance" in given and not motion.walls:
         useless["contact_tolerance"] = " without a wall"
-    if "derivative" in given and not any(pot.order > 0.0 for pot in motion.system.springpots.values()):
+    if "derivative" in given and not any(springpot.order > 0.0 for springpot in motion.system.springpots.values()):
         useless["derivative"] = ": no springpot has an order above 0"
     elif given.get("derivative") == "riemann-liouville" and plan.settings.initial_position == 0.0:
         useless["derivative='riemann-liouville'"] = " with x(0) = 0: both derivatives are the same"

@@ -267,8 +267,8 @@ def averaging(system: System, form: Literal["corrected", "printed", "shifted"] =
     system = checked_system(system)
     paper = check_covered(system, form)
     frequency = _shifted_frequency(paper) if form == "shifted" else paper.natural_frequency
-    pot = paper.springpot
-    beta = memory_decay(pot.order, pot.coefficient, frequency, paper.barrier is not None)
+    springpot = paper.springpot
+    beta = memory_decay(springpot.order, springpot.coefficient, frequency, paper.barrier is not None)
     if form == "printed":
         beta /= paper.natural_frequency
     beta += impact_decay(paper, frequency)
@@ -304,9 +304,9 @@ def check_covered(system: System, form: str = "corrected") -> Dimensionless:
 
 def _shifted_frequency(paper: Dimensionless) -> float:
     """w of a steady oscillation with the springpot's in-phase force: with a wall that is less than of a free one."""
-    pot = paper.springpot
-    share = stiffness_share(pot.order, paper.barrier is not None)
-    return resonance(paper.natural_frequency**2, [replace(pot, coefficient=share * pot.coefficient)])
+    springpot = paper.springpot
+    share = stiffness_share(springpot.order, paper.barrier is not None)
+    return resonance(paper.natural_frequency**2, [replace(springpot, coefficient=share * springpot.coefficient)])
 
 
 def _stationary(system: System, paper: Dimensionless, beta: float, frequency: float) -> Moments | str:

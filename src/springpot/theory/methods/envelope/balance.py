@@ -524,7 +524,7 @@ def _close(b: Balance) -> Closure:
 
 
 def slow_line(
-    pots: Iterable[tuple[float, float]], rates: Floats, squares: Floats, frequency: float, broadened: float
+    springpots: Iterable[tuple[float, float]], rates: Floats, squares: Floats, frequency: float, broadened: float
 ) -> tuple[float, float]:
     """What springpots do to the slow changes of the cycles' mean.
 
@@ -533,7 +533,7 @@ def slow_line(
 
     Parameters
     ----------
-    pots : iterable of (order, coefficient)
+    springpots : iterable of (order, coefficient)
     rates, squares : ndarray
         Of the exponentials, and their parts of the variance.
     frequency : float
@@ -547,7 +547,7 @@ def slow_line(
         The stiffness, and the share of the broadened lines' power that is left.
     """
     variance, stiffness, back, least = float(squares.sum()), 0.0, 0.0, 1.0
-    for order, coefficient in pots:
+    for order, coefficient in springpots:
         late = saturated((rates / frequency) ** (1.0 - order) * math.sin(order * math.pi / 2.0), 1.0 / (1.0 - order))
         stiffness += coefficient * float(squares @ (rates**order * late)) / variance
         back += coefficient * float(squares @ rates) * float(squares @ rates**order) / variance

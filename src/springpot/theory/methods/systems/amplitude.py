@@ -67,7 +67,7 @@ class _Problem:
     ----------
     springs : tuple of float
         Coefficients of x, x^3, x^5 ...
-    pots : tuple of (order, coefficient)
+    springpots : tuple of (order, coefficient)
         Springpots and dashpots.
     intensity : float
     side : float
@@ -76,7 +76,7 @@ class _Problem:
     """
 
     springs: tuple[float, ...]
-    pots: tuple[tuple[float, float], ...]
+    springpots: tuple[tuple[float, float], ...]
     intensity: float
     side: float
     restitution: float
@@ -84,12 +84,12 @@ class _Problem:
     @property
     def is_exact(self) -> bool:
         """Whether nothing is approximated: dashpots, and no loss in impacts."""
-        return self.restitution == 1.0 and all(order == 1.0 for order, _ in self.pots)
+        return self.restitution == 1.0 and all(order == 1.0 for order, _ in self.springpots)
 
     def stiffness(self, w: Floats) -> Floats:
         """Equivalent stiffness of the memory on a cycle of frequency w."""
         found = np.zeros_like(w)
-        for order, coefficient in self.pots:
+        for order, coefficient in self.springpots:
             if order < 1.0:
                 share = stiffness_share(order, self.side != 0.0)
                 found = found + coefficient * share * math.cos(order * math.pi / 2.0) * w**order
@@ -97,7 +97,7 @@ class _Problem:
 
     def damping(self, w: Floats) -> Floats:
         """Equivalent damping coefficient."""
-        each = (2.0 * memory_decay(order, coefficient, w, self.side != 0.0) for order, coefficient in self.pots)
+        each = (2.0 * memory_decay(order, coefficient, w, self.side != 0.0) for order, coefficient in self.springpots)
         return sum(each, np.zeros_like(w))
 
     def pace(self, amplitude: Floats, cosine: Floats, stiffness: Floats) -> Floats:
@@ -359,7 +359,7 @@ def averaging_amplitude(system: System) -> AmplitudeAveraging:
         stationary = "There is no random stationary state: nothing excites the motion."
     elif not any(problem.springs):
         stationary = unheld(system.elements.values(), "no spring holds the mass")
-    elif not problem.pots and problem.restitution == 1.0:
+    elif not problem.springpots and problem.restitution == 1.0:
         stationary = "There is no stationary state: nothing dissipates energy, so it grows without end."
     else:
         law = _law(problem)
@@ -394,12 +394,16 @@ def check_covered(system: System) -> _Problem:
     coefficients = (*unit.potential.coefficients, 0.0)
     if any(coefficients[::2]) or any(k < 0.0 for k in coefficients):
         raise NotCoveredError(f"{_REACH}; here the springs have even powers, or soften.")
-    pots = [(pot.order, pot.coefficient) for part in unit.parts if (pot := springpot_in(part)) and pot.dissipates]
+    springpots = [
+        (springpot.order, springpot.coefficient)
+        for part in unit.parts
+        if (springpot := springpot_in(part)) and springpot.dissipates
+    ]
     if unit.damping > 0.0:
-        pots.append((1.0, unit.damping))
+        springpots.append((1.0, unit.damping))
     return _Problem(
         springs=coefficients[1::2] or (0.0,),
-        pots=tuple(pots),
+        springpots=tuple(springpots),
         intensity=sum(noise.white_intensity for noise in unit.excitations.values()),
         side=walls[0].inwards if walls else 0.0,
         restitution=slow_restitution(walls[0]) if walls else 1.0,  # a number

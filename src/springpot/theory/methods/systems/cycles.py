@@ -102,16 +102,16 @@ class Problem:
     def in_phase(self, w: Floats) -> Floats:
         """Stiffness of everything with memory on a line at w, which for springpots has a width."""
         found = self.modulus(1j * w).real
-        for pot in self.pots:
-            broad = (1.0 - pot.order) * self.field.width * math.sin(pot.order * math.pi / 2.0)
-            whole = math.cos(pot.order * math.pi / 2.0)
-            found = found - pot.coefficient * min(broad, whole) * w**pot.order
+        for springpot in self.springpots:
+            broad = (1.0 - springpot.order) * self.field.width * math.sin(springpot.order * math.pi / 2.0)
+            whole = math.cos(springpot.order * math.pi / 2.0)
+            found = found - springpot.coefficient * min(broad, whole) * w**springpot.order
         return np.asarray(found)
 
     @property
-    def pots(self) -> tuple[Springpot, ...]:
+    def springpots(self) -> tuple[Springpot, ...]:
         """The springpots that are not in series with a spring."""
-        return tuple(pot for pot in self.unit.springpots.values() if pot.remembers)
+        return tuple(springpot for springpot in self.unit.springpots.values() if springpot.remembers)
 
     def electric(self, p: Any) -> Complexes:
         """The same of the circuits alone."""

@@ -180,7 +180,7 @@ def _range(problem: Problem, ladder: Ladder) -> tuple[float, float, float] | str
 
 def _law(problem: Problem) -> _Law | str:
     """The stationary law, with the mean field that it makes itself where the two can be found together."""
-    if not problem.pots or problem.unit.temperature > 0.0:  # matched noise balances the broadened lines too
+    if not problem.springpots or problem.unit.temperature > 0.0:  # matched noise balances the broadened lines too
         return _law_in(problem)
     first, second = (_law_in, _law_in_its_field) if problem.walls == 2 else (_law_in_its_field, _law_in)
     try:
@@ -226,8 +226,8 @@ def _field(problem: Problem, law: _Law) -> Field:
     if problem.walls == 2 or variance <= _STILL * law.average(cycles.x_square):
         return Field(0.0, mean, width, 0.0)
     whole = law.average(_broadened(replace(problem, field=Field(extra=decay)), cycles))
-    pots = [(pot.order, pot.coefficient) for pot in problem.pots]
-    stiffness, share = slow_line(pots, rate, squares, law.average(cycles.frequency), whole)
+    springpots = [(springpot.order, springpot.coefficient) for springpot in problem.springpots]
+    stiffness, share = slow_line(springpots, rate, squares, law.average(cycles.frequency), whole)
     return Field(stiffness, mean, width, share * decay)
 
 
@@ -237,9 +237,15 @@ def _broadened(problem: Problem, cycles: Cycles) -> Floats:
     if problem.field.extra == 0.0:
         return found
     arc = np.maximum(cycles.arc, 1e-300)[:, None]
-    for pot in problem.pots:
-        whole = 0.25 * pot.coefficient * math.cos(pot.order * math.pi / 2.0) * (1.0 - pot.order) * problem.field.extra
-        found = found + whole * cycles.sum_over(lambda n, w, a=pot.order: w**a * (w * w / arc - 1.0))
+    for springpot in problem.springpots:
+        whole = (
+            0.25
+            * springpot.coefficient
+            * math.cos(springpot.order * math.pi / 2.0)
+            * (1.0 - springpot.order)
+            * problem.field.extra
+        )
+        found = found + whole * cycles.sum_over(lambda n, w, a=springpot.order: w**a * (w * w / arc - 1.0))
     return np.maximum(found, 0.0)
 
 

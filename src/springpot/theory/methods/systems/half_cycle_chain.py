@@ -338,8 +338,8 @@ def _work(arcs: list[_Arc], memory: tuple[Springpot, ...], mean: float) -> Float
     lag = np.maximum(now[:, :, None] - t[:, None, :], 0.0)
     counted = (length > 0.0)[:, None, :] & (t[:, None, 1:] <= now[:, :, None] + 1e-12)
     total = np.zeros(t.shape[0])
-    for pot in memory:
-        order, c, quarter = pot.order, pot.coefficient, 0.5 * math.pi * pot.order
+    for springpot in memory:
+        order, c, quarter = springpot.order, springpot.coefficient, 0.5 * math.pi * springpot.order
         once = lag ** (1.0 - order) / (1.0 - order)  # integrals of the kernel, for a speed that is piecewise linear
         twice = once * lag / (2.0 - order)
         pieces = other[:, None, :-1] * once[..., :-1] - other[:, None, 1:] * once[..., 1:]

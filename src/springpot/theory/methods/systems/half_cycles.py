@@ -269,7 +269,9 @@ def _problem(unit: System, lower: Barrier, upper: Barrier, spring: HardSpring, s
         spring=spring,
         damping=scales.damping / w,
         memory=tuple(
-            Springpot(pot.order, float(pot.coefficient * w ** (pot.order - 2.0))) for pot in unit.parts if pot.remembers
+            Springpot(springpot.order, float(springpot.coefficient * w ** (springpot.order - 2.0)))
+            for springpot in unit.parts
+            if springpot.remembers
         ),
         upper=_stop(upper, scales),
         lower=_stop(lower, scales),

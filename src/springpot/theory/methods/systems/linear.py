@@ -162,8 +162,8 @@ class Companion:
         small = np.maximum(w, 1e-150)
         for element in (*self.elements, *self.circuits):
             loss = hot * np.imag(element.modulus(1j * small)) / small
-            pot = springpot_in(element)  # of which the noise is unbounded at low frequency
-            fractional = pot is not None and pot.remembers
+            springpot = springpot_in(element)  # of which the noise is unbounded at low frequency
+            fractional = springpot is not None and springpot.remembers
             found.append((self.row(element), np.where((w == 0.0) & fractional, math.inf, loss)))
         return found
 
@@ -192,8 +192,10 @@ class Companion:
             return np.asarray(np.linalg.solve(self.stiffness, self.force))
         found = np.linalg.lstsq(self.stiffness, self.force, rcond=None)[0]
         first = min(map(order_at_rest, self.holding))
-        last = [(each, pot) for each in self.holding if (pot := springpot_in(each)) and pot.order == first]
-        pulls = sum(self.along(each, pot.coefficient) for each, pot in last)
+        last = [
+            (each, springpot) for each in self.holding if (springpot := springpot_in(each)) and springpot.order == first
+        ]
+        pulls = sum(self.along(each, springpot.coefficient) for each, springpot in last)
         slipped = np.linalg.lstsq(self.free.T @ pulls @ self.free, self.free.T @ pulls @ found)[0]
         return np.asarray(found - self.free @ slipped)
 
@@ -805,8 +807,8 @@ def _wanders(companion: Companion) -> str:
     if left := _moved(companion.coordinates, free @ _unseen([companion.row(each) for each in companion.holding], free)):
         words = companion.coordinates.said(left)
         fate = "it wanders" if len(left) == 1 else "they wander"
-        pots = any(order_at_rest(each) < 1.0 for each in companion.elements)
-        weak = ", and a springpot alone does so below order 1/2 only" if pots else ""
+        springpots = any(order_at_rest(each) < 1.0 for each in companion.elements)
+        weak = ", and a springpot alone does so below order 1/2 only" if springpots else ""
         return f"no spring pulls {words} back{weak}, so that {fate} without end"
     if companion.temperature > 0.0:
         return "no spring pulls back what thermal noise moves, so that it wanders without end"

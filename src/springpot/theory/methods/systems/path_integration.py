@@ -50,7 +50,7 @@ class _Problem:
 
     unit: System
     noise: ColoredNoise
-    pots: tuple[Springpot, ...]
+    springpots: tuple[Springpot, ...]
     stops: tuple[Barrier, ...]
     damping: float
 
@@ -167,7 +167,7 @@ def path_integration(system: System) -> Result:
         method="path_integration",
         system=system,
         stationary=stationary,
-        assumptions=(law, memory) if problem.pots else (law,),
+        assumptions=(law, memory) if problem.springpots else (law,),
         warnings=warnings,
     )
 
@@ -182,7 +182,7 @@ def check_covered(system: System) -> _Problem:
     return _Problem(
         unit=unit,
         noise=noises[0],
-        pots=tuple(part for part in unit.parts if part.remembers),
+        springpots=tuple(part for part in unit.parts if part.remembers),
         stops=tuple(unit.walls.values()),
         damping=unit.dashpots,
     )
@@ -296,7 +296,9 @@ def _guess(problem: _Problem) -> tuple[float, float, float]:
         deviation *= 0.8 if reach > 2.0 * force else 1.25
     room = potential.high - potential.low
     frequency = math.sqrt(2.0 * force / deviation)
-    lost = problem.damping + sum(pot.coefficient * frequency ** (pot.order - 1.0) for pot in problem.pots)
+    lost = problem.damping + sum(
+        springpot.coefficient * frequency ** (springpot.order - 1.0) for springpot in problem.springpots
+    )
     speed = math.sqrt(force**2 * tau / (max(lost, 0.02 * frequency) * (1.0 + (frequency * tau) ** 2)))
     wide = min(max(0.5 * (high - low) + deviation, speed / frequency), 0.3 * room)
     walled = place in (potential.low, potential.high)
@@ -320,12 +322,12 @@ def _wells(potential: Potential) -> tuple[float, float]:
 
 def _first_memory(problem: _Problem, mean: float, deviation: float, speed: float) -> _Memory | None:
     """The memory of a motion of one frequency."""
-    if not problem.pots:
+    if not problem.springpots:
         return None
     w = speed / deviation
     coefficients = np.zeros(10)
-    for pot in problem.pots:
-        modulus = pot.modulus(1j * w)
+    for springpot in problem.springpots:
+        modulus = springpot.modulus(1j * w)
         coefficients[1] += modulus.real * deviation
         coefficients[2] += modulus.imag / w * speed
     return _Memory(mean, deviation, speed, math.sqrt(problem.noise.variance), coefficients)
@@ -361,8 +363,10 @@ def _refitted(problem: _Problem, law: _Law, memory: _Memory) -> _Memory:
     longest = math.ceil(_LONGEST * law.deviation / law.speed / chain.step)
     correlation = chain.correlation(weights * v, terms, longest)
     averages = np.zeros(terms.shape[0])
-    for pot in problem.pots:
-        averages += pot.coefficient * kernel_weights(pot.order, chain.step, len(correlation) - 1) @ correlation
+    for springpot in problem.springpots:
+        averages += (
+            springpot.coefficient * kernel_weights(springpot.order, chain.step, len(correlation) - 1) @ correlation
+        )
     averages[0] = 0.0  # the mean force of a memory that sees changes only
     try:
         found = np.linalg.solve((terms * weights) @ terms.T, averages)

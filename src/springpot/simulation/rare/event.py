@@ -123,7 +123,7 @@ def quantity_of(
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class Event:
     """A quantity whose largest value is asked of each path.
 
     Attributes
@@ -172,7 +172,7 @@ class Asked:
         array = self.observers[0].initial
         return slice(_CONSTANTS, int(array[_IN_STEPS - _FIRST]) or _FIRST + array.size)
 
-    def told_by(self, ends: Floats) -> Asked:
+    def told_by(self, ends: Floats) -> Event:
         """With what plain paths tell of the coordinate: ``ends`` are their marks, (paths, MARKS).
 
         Half of the first paths will be replaced at once, so that their states below that need not be kept; and where
@@ -193,7 +193,7 @@ class Asked:
         return replace(self, target=target, floor=float(floor), iterations=1.0 + math.log2(0.5 / _RARE) * max(far, 0.0))
 
 
-def asked_of(plan: Plan, parts: Parts, quantity: Quantity, levels: Floats, sign: float) -> Asked:
+def event_of(plan: Plan, parts: Parts, quantity: Quantity, levels: Floats, sign: float) -> Event:
     """The quantity, in the window of the plan; the coordinate counts in that of the run.
 
     Parameters
@@ -228,13 +228,13 @@ def asked_of(plan: Plan, parts: Parts, quantity: Quantity, levels: Floats, sign:
     observers = nearness, *([quantity.observer] if quantity.observer else []), seeing
     duration = (high - low) * plan.settings.step
     downwards = quantity.has_sides and sign < 0.0
-    return Asked(
+    return Event(
         quantity.name, quantity.unit, levels, kernels, observers, spacing, duration, target, downwards=downwards
     )
 
 
 def constants_of(
-    nominal: tuple[Plan, Parts], devices: Sequence[tuple[Plan, Parts]], quantity: Quantity, asked: Asked, sign: float,
+    nominal: tuple[Plan, Parts], devices: Sequence[tuple[Plan, Parts]], quantity: Quantity, event: Event, sign: float,
     factors: Floats,
 ) -> Floats:  # fmt: skip
     """The constants of devices by lane, shape (devices, constants), where the nominal one has been asked.
@@ -242,7 +242,7 @@ def constants_of(
     ``factors`` are the levels of each device over those of the nominal one.  What a device reaches, and its coordinate,
     are brought to the scale of the nominal one, so that they have the same levels.
     """
-    level = float(asked.given[-1])
+    level = float(event.given[-1])
     _, target, modes = _constants(*nominal, quantity, level, sign)
     found = []
     for (plan, parts), factor in zip(devices, factors.tolist(), strict=True):
