@@ -303,7 +303,7 @@ def test_every_force_and_elongation_has_its_unit() -> None:
     for system in (one, PAIR):
         motion = motion_of(system)
         names = [name for name, (kind, _) in motion.levels.items() if kind == "x"]
-        names += [name for name, output in motion.output.items() if not output.reason]
+        names += [name for name, output in motion.outputs.items() if not output.reason]
         run = simulated(system, paths=64, duration=5.0, rainflow=dict.fromkeys(names, CURVES[1]))
         assert {run.units[f"{name}_life"] for name in names} == {"h"}
         found = {name: run.distributions[f"{name}_range"].unit for name in names}

@@ -1,4 +1,4 @@
-"""What observers see of a motion: displacements with their velocities, by the names of their results."""
+"""Signals, which observers see: displacements with their velocities, and outputs, by the names of their results."""
 
 from __future__ import annotations
 
