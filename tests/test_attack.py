@@ -132,6 +132,7 @@ print("alive", run["x_mean"].value > 0.0)
 """
 
 
+@pytest.mark.validation  # every day: of any record in machine/, and of the command in cli/test_cli.py
 def test_a_full_disk(tmp_path: Path) -> None:
     """A limit on the size of files fails as a full disk does: HDF5 ended the process, and the run was lost."""
     from springpot.studies.running import run_study

@@ -108,7 +108,9 @@ def test_a_section_measured_on_its_own_names_its_machine() -> None:
     assert machine == [("processor", "any"), ("studies, measured later", "processor another")]
 
 
-SLOW = {"systems", "paper_by_history", "start_up", "studies", "many_cores"}  # compile much, or start processes
+SLOW = {  # compile much, start processes, or make many runs
+    "systems", "paper_by_history", "start_up", "studies", "many_cores", "equal_error", "one_core",
+}  # fmt: skip
 
 
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")

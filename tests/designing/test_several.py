@@ -58,6 +58,7 @@ def test_results_of_walls_have_sensitivities_or_a_sentence() -> None:
     assert far.warnings == ("gap_power is 0 for this model: it has no relative change.",)
 
 
+@pytest.mark.validation  # every day: where nothing changes there, in this file
 def test_a_design_by_exact_theory_ends_at_the_classical_damper() -> None:
     """Warburton's minimum for a mass ratio of 0.05; Monte Carlo of the design agrees."""
     damper: dict[str, Any] = {"between": ("frame", "damper")}

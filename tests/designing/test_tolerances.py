@@ -32,7 +32,7 @@ def exact_quantile(centre: float) -> float:
     return 2.0 * math.exp(-0.5 * u * u) / (2.0 * math.pi * float(scipy.stats.norm.cdf(u)))
 
 
-@pytest.mark.validation  # every day: the mean over devices, and the command that takes a quantile
+@pytest.mark.validation  # every day: the command that takes a quantile, below
 def test_a_gap_so_wide_that_95_of_100_devices_hold() -> None:
     """The design, and what `sp.scatter` says of it with other random numbers."""
     found = sp.design(walled(), "centre", {"impact_rate_quantile_0.95": (None, 0.1)}, rtol=0.04, cost_rtol=0.04)
@@ -48,6 +48,7 @@ def test_a_gap_so_wide_that_95_of_100_devices_hold() -> None:
     assert [*again.quantiles] == [0.95]
 
 
+@pytest.mark.validation  # every day: the command that takes a quantile, below
 def test_the_mean_over_devices_is_not_the_nominal_device() -> None:
     """E[1 / c] of a lognormal c is (1 + cov^2) / E[c]; the search is by exact theory of each device."""
     damper = sp.Dashpot(sp.uncertain("c", sp.free("middle", 1.0, (0.1, 5.0)), cov=0.3))

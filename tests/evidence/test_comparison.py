@@ -319,6 +319,7 @@ def test_an_exact_rate_is_not_blamed_for_the_impacts_that_the_step_misses() -> N
         assert any("quantities does not name" in sentence for sentence in found.simulation.warnings) == told
 
 
+@pytest.mark.validation  # every day: what is recommended from the map, in test_system_map.py
 def test_the_readme_counts_the_cells_of_the_map() -> None:
     """Those where the recommended method is good; the limits have the largest deviations too."""
     cells = read_map()

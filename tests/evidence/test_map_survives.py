@@ -69,6 +69,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return made
 
 
+@pytest.mark.validation  # every day: a damaged record, below; kills of any record in machine/
 @pytest.mark.parametrize("cells", [3, validation(1), validation(7)])
 def test_a_killed_map_goes_on_to_the_same_bytes(
     cells: int, tmp_path: Path, whole: bytes, monkeypatch: pytest.MonkeyPatch
@@ -140,6 +141,7 @@ def test_two_processes_make_one_map(tmp_path: Path, whole: bytes) -> None:
     assert (tmp_path / "map.csv").read_bytes() == whole
 
 
+@pytest.mark.validation  # every day: a damaged record; a full disk of any record in machine/
 def test_a_full_disk_keeps_what_was_simulated(small_disk: Path, whole: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     path, ballast = small_disk / "map.csv", small_disk / "ballast"
 

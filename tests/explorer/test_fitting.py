@@ -350,6 +350,7 @@ def mount(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield server
 
 
+@pytest.mark.validation  # every day: a file is fitted, in this file
 def test_a_record_with_its_input_is_drawn_under_the_simulated_path(mount: Server, browser: Browser) -> None:
     page = browser.new_page(viewport={"width": 1440, "height": 900})
     page.add_init_script(SLOW_SCREEN)

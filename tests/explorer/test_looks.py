@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ import pytest
 import springpot as sp
 from tests.explorer.conftest import running
 from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened
+from tests.sizes import validation
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext
@@ -39,6 +41,7 @@ SYSTEMS = {
         table=sp.SpectralExcitation.from_psd((20, 80, 350, 2000), (0.01, 0.04, 0.04, 0.007), "g2/Hz"),
     ),
 }  # fmt: skip
+FEW = ["device", validation("chain"), validation("spectrum")]
 
 # where the words of each canvas stand since it was cleared, in its pixels
 LABELS = """(() => {
@@ -79,38 +82,47 @@ def context(browser: Browser) -> Iterator[BrowserContext]:
 
 
 @pytest.fixture(scope="module")
-def tabs(context: BrowserContext, tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Tab]]:
-    """A page of each system, with the cards that are loaded after the first answer."""
-    place, found = tmp_path_factory.mktemp("looks"), {}
+def tabs(context: BrowserContext, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Tab]]:
+    """A page of a system, opened when it is first asked for, with the cards that are loaded after the first answer."""
+    place = tmp_path_factory.mktemp("looks")
     with ExitStack() as stack:
-        for name, system in SYSTEMS.items():
-            (path := place / f"{name}.toml").write_text(sp.to_toml(system), encoding="utf-8")
+
+        @cache
+        def tab_of(name: str) -> Tab:
+            (path := place / f"{name}.toml").write_text(sp.to_toml(SYSTEMS[name]), encoding="utf-8")
             server = stack.enter_context(running(str(path)))
-            found[name] = stack.enter_context(opened(context, server, QUICK))
-            found[name].wait("document.querySelector('#scatter-form') !== null", seconds=20.0)
-        yield found
+            found = stack.enter_context(opened(context, server, QUICK))
+            found.wait("document.querySelector('#scatter-form') !== null", seconds=20.0)
+            return found
+
+        yield tab_of
 
 
 def words(tab: Tab, place: str) -> str:
     return str(tab.page.locator(place).inner_text())
 
 
-def test_numbers_are_shown_in_the_units_in_which_they_were_stated(tabs: dict[str, Tab]) -> None:
+def test_numbers_are_shown_in_the_units_in_which_they_were_stated(tabs: Callable[[str], Tab]) -> None:
     """0.01 g²/Hz and not 0.480852 m²/s³, -6 mm and not -0.006 m: at the sliders, the head, cards, axes and tables."""
-    page = tabs["device"].page
+    device = tabs("device")
+    page = device.page
     assert page.locator("#field-white_noise-intensity").input_value() == "0.01"
     assert page.locator("#unit-white_noise-intensity").input_value() == "g"
     assert page.locator("#field-barrier-position").input_value() == "-6"
-    assert "x ≥ −6 mm" in words(tabs["device"], "#equation")
-    assert "one-sided 0.01 g2/Hz" in words(tabs["device"], "#equation")
+    assert "x ≥ −6 mm" in words(device, "#equation")
+    assert "one-sided 0.01 g2/Hz" in words(device, "#equation")
     for tile, unit in (("rms", "mm"), ("rate", "1/s"), ("speed", "mm/s"), ("peak", "g")):
-        assert words(tabs["device"], f"#tile-{tile}").split()[1] == unit
-    assert "mm/s" in words(tabs["device"], "#parts-table [data-quantity=barrier_impact_speed_mean]")
+        assert words(device, f"#tile-{tile}").split()[1] == unit
+    assert "mm/s" in words(device, "#parts-table [data-quantity=barrier_impact_speed_mean]")
     assert page.locator("#asked-form [name=levels_of] option").first.inner_text() == "x (mm)"
     drawn = {text for _, _, labels in page.evaluate("labelsOf()") for text, *_ in labels}
     assert {"x (mm)", "v (mm/s)"} <= drawn
     assert not any("(m)" in text or "(m/s)" in text for text in drawn)
-    table = tabs["spectrum"]
+
+
+@pytest.mark.validation  # every day: a density of white noise, above
+def test_a_table_is_shown_in_the_units_in_which_it_was_stated(tabs: Callable[[str], Tab]) -> None:
+    table = tabs("spectrum")
     assert table.page.locator("#table-text").input_value().startswith("frequency_Hz,psd_g2/Hz\n20,0.01\n80,0.04\n")
     assert words(table, "#tile-peak").split()[1] == "g"
     labels = {text for _, _, own in table.page.evaluate("labelsOf()") for text, *_ in own}
@@ -122,7 +134,7 @@ def test_numbers_are_shown_in_the_units_in_which_they_were_stated(tabs: dict[str
 
 
 @pytest.mark.filterwarnings("ignore::springpot.AccuracyWarning", "ignore::springpot.ProblemWarning")
-def test_four_numbers_stand_first_and_every_stop_has_its_rate(tabs: dict[str, Tab]) -> None:
+def test_four_numbers_stand_first(tabs: Callable[[str], Tab]) -> None:
     """They are those of the library."""
     run = sp.simulate(SYSTEMS["device"], paths=640)
     more = sp.simulate(
@@ -134,12 +146,17 @@ def test_four_numbers_stand_first_and_every_stop_has_its_rate(tabs: dict[str, Ta
         "rms": 1e3 * run["x_mean_square"].value ** 0.5, "rate": run["impact_rate"].value, "speed": 1e3 * float(speed),
         "peak": peaks.mean() / 9.80665,
     }  # fmt: skip
-    tiles = tabs["device"].page.locator("#results .tile h3").all_inner_texts()
+    tiles = tabs("device").page.locator("#results .tile h3").all_inner_texts()
     assert tiles[:4] == ["x rms", "Impact rate", "99 % impact speed", "Peak acceleration"]
     for name, value in known.items():
-        shown = float(words(tabs["device"], f"#tile-{name}").split()[0])
+        shown = float(words(tabs("device"), f"#tile-{name}").split()[0])
         assert shown == pytest.approx(value, rel=2e-3), name
-    chain = tabs["chain"]
+
+
+@pytest.mark.validation  # every day: the page of several masses, in test_several.py
+@pytest.mark.filterwarnings("ignore::springpot.AccuracyWarning", "ignore::springpot.ProblemWarning")
+def test_every_stop_has_its_rate(tabs: Callable[[str], Tab]) -> None:
+    chain = tabs("chain")
     run = sp.simulate(SYSTEMS["chain"], paths=640)
     for number in (1, 2, 3):
         name = f"barrier_{number}_impact_rate"
@@ -151,10 +168,10 @@ def test_four_numbers_stand_first_and_every_stop_has_its_rate(tabs: dict[str, Ta
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_no_words_touch_and_nothing_is_cut(name: str, width: int, height: int, tabs: dict[str, Tab]) -> None:
+@pytest.mark.parametrize("name", FEW)
+def test_no_words_touch_and_nothing_is_cut(name: str, width: int, height: int, tabs: Callable[[str], Tab]) -> None:
     """On canvases too: between two numbers of an axis there is room, and the last one is whole."""
-    page = tabs[name].page
+    page = tabs(name).page
     page.bring_to_front()
     page.set_viewport_size({"width": width, "height": height})
     page.wait_for_timeout(700)
@@ -173,9 +190,9 @@ def test_no_words_touch_and_nothing_is_cut(name: str, width: int, height: int, t
     page.set_viewport_size({"width": 1400, "height": 900})
 
 
-def test_computing_is_said_until_theory_has_answered(tabs: dict[str, Tab]) -> None:
+def test_computing_is_said_until_theory_has_answered(tabs: Callable[[str], Tab]) -> None:
     """From the question on, at the large number and in the table; and no longer after it."""
-    tab = tabs["device"]
+    tab = tabs("device")
     tab.page.evaluate(WATCHED)
     tab.changed(lambda: tab.page.locator("#field-springpot-order").fill("0.35"))
     said = tab.page.evaluate("said")
@@ -186,8 +203,8 @@ def test_computing_is_said_until_theory_has_answered(tabs: dict[str, Tab]) -> No
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
-def test_each_part_of_the_page_is_one_click_away(width: int, height: int, tabs: dict[str, Tab]) -> None:
-    tab = tabs["spectrum"]
+def test_each_part_of_the_page_is_one_click_away(width: int, height: int, tabs: Callable[[str], Tab]) -> None:
+    tab = tabs("device")
     tab.page.bring_to_front()
     tab.page.set_viewport_size({"width": width, "height": height})
     tab.page.wait_for_timeout(300)
@@ -207,10 +224,10 @@ def test_each_part_of_the_page_is_one_click_away(width: int, height: int, tabs: 
     tab.page.set_viewport_size({"width": 1400, "height": 900})
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_no_card_is_empty_on_paper(name: str, tabs: dict[str, Tab], tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", FEW)
+def test_no_card_is_empty_on_paper(name: str, tabs: Callable[[str], Tab], tmp_path: Path) -> None:
     """Cards that were not asked are left out, and so is what is for hands; a dark page is printed light."""
-    page = tabs[name].page
+    page = tabs(name).page
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     page.emulate_media(media="print")
     page.wait_for_timeout(300)
@@ -228,9 +245,10 @@ def test_no_card_is_empty_on_paper(name: str, tabs: dict[str, Tab], tmp_path: Pa
     assert 2 <= len(re.findall(rb"/Type\s*/Page\b", paper)) <= 8
 
 
-def test_what_was_assumed_of_a_table_is_said(tabs: dict[str, Tab]) -> None:
+@pytest.mark.validation  # every day: the sentence, in test_requests.py; a saved file is opened
+def test_what_was_assumed_of_a_table_is_said(tabs: Callable[[str], Tab]) -> None:
     """On the page that opens with it; a binary file that is not read is refused beside the button."""
-    tab = tabs["spectrum"]
+    tab = tabs("spectrum")
     page = tab.page
     page.locator("#table-ask summary").click()
     page.set_input_files(

@@ -257,11 +257,11 @@ def test_a_tab_asks(server: Server) -> None:
 
 def test_a_curve_of_return_periods_grows() -> None:
     """By one run, whose end is what `exceedance` gives to the last bit; stopped, it keeps the levels that it has."""
-    wish = Rare(kind="rare", of="x", low=2.0, high=5.5, duration=10.0, rtol=0.5)
+    wish = Rare(kind="rare", of="x", low=2.0, high=5.0, duration=10.0, rtol=0.5)
     run: dict[str, Any] = {"seed": 3, "start": "rest", "threads": 1}
     device, told = sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0)), list[int]()
     found = growing(device, wish, run, lambda _, **known: told.append(known.get("found", 0)), lambda: False)
-    curve = sp.exceedance(device, {"x": np.linspace(2.0, 5.5, 13)}, duration=10.0, rtol=0.5, **run)["x"]
+    curve = sp.exceedance(device, {"x": np.linspace(2.0, 5.0, 13)}, duration=10.0, rtol=0.5, **run)["x"]
     assert found["charts"][0]["lines"][0]["values"] == curve.return_period.tolist()
     assert told == sorted(told)
     assert len({*told}) > 3

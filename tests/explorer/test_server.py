@@ -213,6 +213,7 @@ def flood(attacker: Tab) -> None:
     attacker.count(10.0)
 
 
+@pytest.mark.validation  # every day: a thousand hostile messages, which show tabs out too
 @needs_proc
 def test_a_flood_is_shown_out(server: Server) -> None:
     with tab(server) as witness:

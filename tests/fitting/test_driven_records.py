@@ -86,7 +86,7 @@ def test_a_duffing_oscillator_without_noise_is_found_to_the_digits_of_the_data()
 
 @pytest.mark.parametrize(
     ("kind", "is_coloured", "twins"),
-    [("springpot", True, 2), ("duffing", False, 2), *(validation(kind, red, 100 if kind != "wall" else 30)
+    [validation("springpot", True, 2), ("duffing", False, 2), *(validation(kind, red, 100 if kind != "wall" else 30)
      for kind in ("springpot", "duffing", "contact", "wall") for red in (False, True))],
 )  # fmt: skip
 def test_intervals_cover(kind: str, is_coloured: bool, twins: int) -> None:
@@ -151,7 +151,7 @@ def test_a_lightly_damped_oscillator_is_found_from_a_wrong_frequency(on: str, ma
 
 @pytest.mark.parametrize(
     ("kind", "taken_for"),
-    [("duffing", "linear"), ("springpot", "linear"), ("contact", "linear"), validation("wall", "contact")],
+    [("duffing", "linear"), ("springpot", "linear"), validation("contact", "linear"), validation("wall", "contact")],
 )
 def test_a_wrong_model_is_said_to_be_wrong(kind: str, taken_for: str) -> None:
     try:

@@ -330,6 +330,7 @@ def test_a_mass_between_two_walls() -> None:
     assert max(fit.errors["low"], fit.errors["high"]) < 3e-4
 
 
+@pytest.mark.validation  # every day: the likelihood of velocities, above
 def test_a_short_record_of_the_velocity() -> None:
     """10 s: it tells the restitution and the noise, and hardly where the wall is."""
     data, _ = record(twins(wall, "v", 1, 10.0, 2.5e-4, 5)[0], 5, "v")

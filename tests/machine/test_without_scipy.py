@@ -13,6 +13,7 @@ import pytest
 from scipy import optimize
 
 from springpot.machine.without_scipy import root_between, zeta_beyond_one
+from tests.sizes import thinned
 
 
 @pytest.mark.parametrize(
@@ -57,7 +58,7 @@ MODELS = {
 }
 
 
-@pytest.mark.parametrize(("model", "needed"), MODELS.values(), ids=MODELS)
+@pytest.mark.parametrize(("model", "needed"), thinned(MODELS.values(), 2), ids=MODELS)
 def test_a_run_does_not_import_what_is_slow_to_import(model: str, needed: list[str]) -> None:
     """Neither for itself nor, by xarray, for its dataset, nor to load compiled code."""
     script = f"""

@@ -126,6 +126,7 @@ figures.fig2(Path(sys.argv[1]), **{SMALL!r}, threads=1)
 COMMAND = [sys.executable, "-c", CALL]
 
 
+@pytest.mark.validation  # every day: interrupted, and damaged; kills of any record in machine/
 @pytest.mark.parametrize("points", [1, validation(3)])
 def test_a_killed_figure_goes_on_to_the_same_bytes(points, tmp_path, small_fig2):
     """SIGKILL of the process: the next one computes what is left."""
@@ -163,6 +164,7 @@ def test_two_processes_draw_one_figure(tmp_path, small_fig2):
     assert files_of(tmp_path) == files_of(small_fig2[0][0].parent)
 
 
+@pytest.mark.validation  # every day: interrupted; a full disk of any record in machine/
 def test_a_full_disk_keeps_the_points_of_a_figure(small_disk, small_fig2):
     ballast, record = small_disk / "ballast", small_disk / "fig2.csv.record"
 

@@ -85,7 +85,7 @@ def lines_of(step: float, freedom: int, notched: bool, seed: int) -> tuple[Any, 
     return f, exact * np.random.default_rng(seed).chisquare(freedom, f.size) / freedom
 
 
-CASES = [(0.625, 120, False, 0.05), (2.5, 120, True, 0.05)]
+CASES = [(0.625, 120, False, 0.05), validation(2.5, 120, True, 0.05)]
 MORE = [validation(step, freedom, notched, tolerance) for step in (0.625, 1.0, 2.5) for freedom in (60, 120, 240)
         for notched in (False, True) for tolerance in (0.03, 0.05, 0.1)]  # fmt: skip
 

@@ -83,7 +83,7 @@ def test_frequencies_of_24_coordinates_to_a_billionth(form: Any) -> None:
 
 @pytest.mark.parametrize(
     ("form", "on"),
-    [(np.asarray, "tip"), (sparse.csc_array, "ground"), validation(np.asarray, "ground"),
+    [validation(np.asarray, "tip"), (sparse.csc_array, "ground"), validation(np.asarray, "ground"),
      validation(sparse.csc_array, "tip")],
 )  # fmt: skip
 def test_a_few_modes_respond_as_all_24_coordinates(form: Any, on: str) -> None:
@@ -122,7 +122,7 @@ def test_a_springpot_at_a_point_of_a_few_modes() -> None:
         assert found.numbers[f"{point}_x_mean_square"] == pytest.approx(value, rel=1e-5)
 
 
-@pytest.mark.parametrize(("modes", "residual"), [(8, []), (7, ["tip"])])
+@pytest.mark.parametrize(("modes", "residual"), [validation(8, []), (7, ["tip"])])
 def test_300_coordinates_and_a_stop(modes: int, residual: list[str]) -> None:
     """In thermal noise the mean square at an elastic stop at 0 is kT times the whole model's static flexibility."""
     system = sp.System.from_matrices(

@@ -19,6 +19,7 @@ from springpot.problem.file import read_system, schema, to_toml
 from springpot.problem.free_numbers import free_numbers, restarted, uncertain_numbers, with_values
 from springpot.simulation.monte_carlo import simulated
 from springpot.theory import solve_all
+from tests.sizes import validation
 
 
 def marked() -> sp.System:
@@ -155,7 +156,8 @@ def test_a_sum_of_multiples_of_one_number_follows_it() -> None:
             sp.Spring(lost)
 
 
-def test_what_theory_and_runs_make_of_free_numbers_is_not_refused() -> None:
+@pytest.mark.parametrize("kind", ["springpots and walls", validation("yielding"), "bent and soft"])
+def test_what_theory_and_runs_make_of_free_numbers_is_not_refused(kind: str) -> None:
     """Sums of parts have two free numbers, and stand in parts of other problems."""
     number = itertools.count()
 
@@ -168,15 +170,16 @@ def test_what_theory_and_runs_make_of_free_numbers_is_not_refused() -> None:
     pots = sp.Springpot(0.5, free(0.2)), sp.Springpot(0.5, free(0.1))
     bent = sp.PolynomialSpring((0.0, 0.0, free(0.5)))
     yielding, soft = sp.BoucWen(free(2.0), free(0.3)), sp.Contact(-free(0.2), free(100.0), 1.5)
-    for more, stops in (([*pots], walls), ([yielding], {}), ([bent, soft], {})):
-        system = sp.System(sp.Mass(free(2.0)), *springs, *dampers, *noise, *more, **stops)
-        fixed = with_values(system, {name: float(own) for name, own in free_numbers(system).items()})
-        answers, refused = solve_all(system)
-        same, refused_too = solve_all(fixed)
-        assert refused == refused_too
-        assert {name: own.numbers for name, own in answers.items()} == {n: own.numbers for n, own in same.items()}
-        given: dict[str, Any] = {"paths": 8, "duration": 2.0, "step": 0.02, "start": "rest"}
-        assert simulated(system, **given)["v_mean_square"] == simulated(fixed, **given)["v_mean_square"]
+    more = {"springpots and walls": pots, "yielding": (yielding,), "bent and soft": (bent, soft)}[kind]
+    stops = walls if kind == "springpots and walls" else {}
+    system = sp.System(sp.Mass(free(2.0)), *springs, *dampers, *noise, *more, **stops)
+    fixed = with_values(system, {name: float(own) for name, own in free_numbers(system).items()})
+    answers, refused = solve_all(system)
+    same, refused_too = solve_all(fixed)
+    assert refused == refused_too
+    assert {name: own.numbers for name, own in answers.items()} == {n: own.numbers for n, own in same.items()}
+    given: dict[str, Any] = {"paths": 8, "duration": 2.0, "step": 0.02, "start": "rest"}
+    assert simulated(system, **given)["v_mean_square"] == simulated(fixed, **given)["v_mean_square"]
 
 
 @pytest.mark.parametrize("mark", [lambda name, at: sp.free(name, at, (0.5 * at, 2.0 * at)), sp.uncertain])

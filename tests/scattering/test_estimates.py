@@ -99,6 +99,7 @@ def test_intervals_cover_as_they_say(of: Exact, spread: float) -> None:
     assert np.mean([*covered.values()]) > 92.0, covered
 
 
+@pytest.mark.validation  # every day: devices that are exactly alike, below
 def test_without_scatter_there_is_none() -> None:
     """All devices alike: in one of 20 runs it seems to be seen."""
     means, seen = made(3, devices=256, paths=8, spread=1.4), 0
@@ -110,6 +111,10 @@ def test_without_scatter_there_is_none() -> None:
         assert (not estimates.alone) == (estimates.scatter.value == 0.0)
         assert estimates.scatter.high < 0.2
     assert seen <= 3
+
+
+def test_exactly_without_scatter_there_is_none() -> None:
+    means = made(3, devices=256, paths=8, spread=1.4)
     for rounded in (0.0, 1e-15):
         exactly = found(replace(means, values=2.0 + rounded * np.random.default_rng(1).normal(size=(256, 8))))
         assert (exactly.scatter.value, exactly.alone) == (0.0, {})

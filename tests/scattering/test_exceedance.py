@@ -196,7 +196,7 @@ def test_the_same_bits_for_any_number_of_threads() -> None:
     device = sp.System(sp.Spring(1.0), sp.Dashpot(sp.uncertain("C", 0.2, cov=0.2)), sp.WhiteNoise(0.2))
     one, two = (
         sp.exceedance_over_devices(
-            device, {"x": 3.2}, duration=20.0, step=0.1, start="rest", rtol=0.3, threads=threads
+            device, {"x": 3.2}, duration=20.0, step=0.1, start="rest", rtol=1.0, threads=threads
         )["x"]
         for threads in (1, 2)
     )
@@ -246,6 +246,7 @@ def test_devices_whose_walls_are_nearer_than_the_level() -> None:
     assert found.probability[0] == pytest.approx(float(alone) * (1.6 - 1.1) / (1.6 - 0.8), rel=0.3)
 
 
+@pytest.mark.usefixtures("few_devices")
 def test_a_level_that_moves_with_the_walls() -> None:
     """Beyond the walls of the nominal device in half of the devices: against single ones."""
     given: dict[str, Any] = {"duration": 20.0, "step": 0.1, "start": "rest", "rtol": 0.03}
@@ -308,7 +309,7 @@ def rounds(monkeypatch: pytest.MonkeyPatch, ends_at: int, found_at: int = 0) -> 
 def test_rounds_in_which_no_path_exceeds_a_level_count(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = rounds(monkeypatch, ends_at=5, found_at=4)
     with pytest.warns(sp.SpringpotWarning):
-        found = sp.exceedance_over_devices(DEVICE, {"x": 3.5}, duration=20.0, step=0.1, start="rest", rtol=0.01)["x"]
+        found = sp.exceedance_over_devices(DEVICE, {"x": 3.5}, duration=20.0, step=0.1, start="rest", rtol=0.05)["x"]
     assert seen == [0, 1, 2, 3, 4]
     assert found.repetitions == 48
 
@@ -319,7 +320,7 @@ def test_what_is_known_when_the_time_is_over(ends_at: int, monkeypatch: pytest.M
     """Plain paths, then those that tell where."""
     rounds(monkeypatch, ends_at=ends_at)
     with pytest.warns(sp.SpringpotWarning):
-        found = sp.exceedance_over_devices(DEVICE, {"x": 4.5}, duration=20.0, step=0.1, start="rest")["x"]
+        found = sp.exceedance_over_devices(DEVICE, {"x": 4.5}, duration=20.0, step=0.1, start="rest", rtol=1.0)["x"]
     assert found.splits == (ends_at == 2)
     assert found.repetitions == 16
     assert found.high[0] > found.probability[0]
@@ -348,7 +349,7 @@ def test_a_time_that_is_over_while_devices_are_made() -> None:
 def test_laws_without_tails_are_told() -> None:
     device = sp.System(sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", values=[0.1, 0.2, 0.3])), sp.WhiteNoise(0.2))
     with pytest.warns(sp.SpringpotWarning, match="the law of 3 measured values has no tails"):
-        sp.exceedance_over_devices(device, {"x": 1.0}, duration=20.0, step=0.1, start="rest")
+        sp.exceedance_over_devices(device, {"x": 1.0}, duration=20.0, step=0.1, start="rest", rtol=1.0)
 
 
 @pytest.mark.usefixtures("few_devices")
@@ -356,7 +357,9 @@ def test_what_bounds_leave_out_is_told_once() -> None:
     damping = sp.uncertain("c", 0.2, sd=0.05, bounds=(0.05, 0.5))
     device = sp.System(sp.Spring(1.0), sp.Dashpot(damping), sp.WhiteNoise(0.2))
     with pytest.warns(sp.SpringpotWarning, match="bounds leave out") as raised:
-        found = sp.exceedance_over_devices(device, {"x": [1.0], "v": [1.0]}, duration=20.0, step=0.1, start="rest")
+        found = sp.exceedance_over_devices(
+            device, {"x": [1.0], "v": [1.0]}, duration=20.0, step=0.1, start="rest", rtol=1.0
+        )
     told = [str(each.message) for each in raised]
     assert told == [*found.warnings]
     assert len([sentence for sentence in told if "bounds leave out" in sentence]) == 1
@@ -370,7 +373,7 @@ def test_a_report_where_all_numbers_depend_on_each_other() -> None:
         sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", 0.2, cov=0.2)), sp.WhiteNoise(sp.uncertain("q", 0.2, cov=0.1))
     )
     found = sp.exceedance_over_devices(
-        device, {"x": 3.0}, duration=20.0, step=0.1, start="rest", rtol=0.3, correlation={("c", "q"): 0.5}
+        device, {"x": 3.0}, duration=20.0, step=0.1, start="rest", rtol=1.0, correlation={("c", "q"): 0.5}
     )
     assert str(found).splitlines()[-1].split() == ["c", "and", "q", "100.0", "%", "100.0", "%"]
 
@@ -382,7 +385,7 @@ def test_a_report_a_dict_and_correlated_numbers() -> None:
         sp.WhiteNoise(sp.uncertain("q", 0.2, cov=0.1)),
     )  # fmt: skip
     found = sp.exceedance_over_devices(
-        device, {"x": [2.5, 3.5]}, duration=20.0, step=0.1, start="rest", rtol=0.2, correlation={("k", "c"): 0.8},
+        device, {"x": [2.5, 3.5]}, duration=20.0, step=0.1, start="rest", rtol=0.5, correlation={("k", "c"): 0.8},
         limits={"x": 1e-3},
     )  # fmt: skip
     text = str(found)
@@ -472,6 +475,7 @@ def test_intervals_hold(known: dict[str, Any]) -> None:
 DAMPED = sp.System(sp.Mass(1.0), sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", 0.1, cov=0.2)), sp.WhiteNoise(0.2))
 
 
+@pytest.mark.validation  # every day: `within` in its example, and what it needs, below
 def test_a_longer_time_is_the_mean_over_devices_and_not_that_of_their_mean() -> None:
     """The rates of devices by the envelope, averaged over the lognormal law of the damping."""
     from scipy.special import ndtri

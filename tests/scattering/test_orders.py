@@ -46,6 +46,7 @@ def differences(low: float, high: float, *, paths: int, alone: int, duration: fl
     return np.array(away)
 
 
+@pytest.mark.validation  # every day: devices are the runs of each alone, in test_scatter.py
 @pytest.mark.filterwarnings("ignore::springpot.problem.messages.StationarityWarning")
 @pytest.mark.parametrize(
     ("paths", "alone", "duration"), [(64, 1024, 0.5), validation(512, 8192, 2.0), validation(8, 8192, 2.0)]

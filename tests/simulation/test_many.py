@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +16,7 @@ from springpot.simulation.monte_carlo import arguments_of, simulated
 from springpot.simulation.paths.simulation import Simulation, simulation_of
 from springpot.simulation.paths.together import _calls, advance_devices, advance_together, alike
 from springpot.simulation.plan.plan import plan_of
-from tests.sizes import validation
+from tests.sizes import thinned, validation
 
 
 def device(mass: float = 0.2, *parts: Any, order: float = 0.5, gap: float = 0.003, restitution: Any = 0.8) -> sp.System:
@@ -140,11 +141,10 @@ def _bounce(v: float) -> float:
     return 0.5 + 0.4 / (1.0 + v)
 
 
-@pytest.mark.parametrize("paths", [40, 130])
-@pytest.mark.parametrize("alike", [ALIKE[name] for name in FEW_KINDS], ids=FEW_KINDS)
-def test_systems_of_one_structure_share_calls(alike: Any, paths: int) -> None:
+@pytest.mark.parametrize(("kind", "paths"), thinned(itertools.product(FEW_KINDS, (40, 130)), 3))
+def test_systems_of_one_structure_share_calls(kind: str, paths: int) -> None:
     """Each has numbers of its own, in both precisions and in long lists, and the bits that it has alone."""
-    simulations = [ready(alike(n), paths=paths) for n in range(32)]
+    simulations = [ready(ALIKE[kind](n), paths=paths) for n in range(32)]
     shared = [call for call in _calls(simulations) if len(call.members) > 1]
     assert sum(len(call.members) for call in shared) > 28
     for found, simulation in zip(advance_together(simulations), simulations, strict=True):

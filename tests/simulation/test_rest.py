@@ -15,6 +15,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.plan import plan_of
 from tests.simulation.systems import AWAY, NEARLY_LINEAR, of_many_kinds
+from tests.sizes import validation
 
 DAMPED = sp.Spring(4.0), sp.Dashpot(0.1)
 WHITE = sp.WhiteNoise(0.5)
@@ -290,7 +291,7 @@ def test_a_step_too_long_for_hops_says_what_it_loses() -> None:
 NONE_ON_A = sp.WhiteNoise(0.0, on="a")
 
 
-@pytest.mark.parametrize("step", [0.02, 0.01])
+@pytest.mark.parametrize("step", [0.02, validation(0.01)])
 @pytest.mark.parametrize(("restitution", "square", "power"), [(0.5, (0.0062, 0.0003), (0.0148, 0.0005)),
                                                               (0.9, (0.0292, 0.0014), (0.0192, 0.0006)),
                                                               (0.0, (0.0049, 0.0004), (0.0139, 0.0008))])  # fmt: skip

@@ -50,7 +50,7 @@ def kinds(run: Run) -> set[str]:
     [
         ((0.0, 0.5, None), {"slow_impacts", "slow_impact_quantiles"}),
         ((0.5, 0.5, "above"), {"slow_impacts", "slow_impact_quantiles"}),
-        ((5.0, 0.5, "above"), {"slow_impacts", "slow_impact_quantiles", "pressed_wall"}),
+        validation((5.0, 0.5, "above"), {"slow_impacts", "slow_impact_quantiles", "pressed_wall"}),
         ((-30.0, 0.5, None), {"far_wall"}),
         ((0.0, 1.0, None), set()),
     ],

@@ -81,6 +81,7 @@ def test_check(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert found["seconds"] == pytest.approx(sum(found["processor_seconds"].values()) / found["threads"])
 
 
+@pytest.mark.validation  # every day: a check, and one of dear tasks
 def test_check_of_ten_million_tasks_takes_no_longer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     axes = {"order": {"linspace": [0.1, 1.0, 1000]}, "coefficient": {"linspace": [0.1, 1.0, 5000]}}
     file = write_toml(tmp_path / "large.toml", {**RUNS, "axes": axes})

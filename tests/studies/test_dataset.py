@@ -232,6 +232,7 @@ def test_forces_are_results_of_a_study(tmp_path: Path) -> None:
     assert "mount_force_mean_square" not in runs
 
 
+@pytest.mark.validation  # every day: forces are, above
 def test_damage_is_a_result_of_a_study(tmp_path: Path) -> None:
     """Cycles and damage are those of a run, at each level of a test; what no study can keep is refused."""
     shake = sp.SpectralExcitation.from_psd((0.05, 2.0), 0.01, "g2/Hz")

@@ -51,6 +51,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.validation  # every day: a call that goes on, in simulation/rare
 @pytest.mark.parametrize("lines", [40, validation(5)])  # among those that split, and among the plain ones
 def test_a_kill_in_a_cell_keeps_its_repetitions_and_the_bits(
     lines: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: Path

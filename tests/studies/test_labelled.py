@@ -161,9 +161,9 @@ def _folder_to_file(place: Path) -> None:
         lambda path: _flip(path / "labelled/simulation/x_mean/c/0/0/0"),
         validation(lambda path: _flip(path / "labelled/theory/said/zarr.json")),
         validation(lambda path: _flip(path / "labelled/zarr.json")),
-        lambda path: (path / "labelled/theory/x_mean/c/0/0/0/0").unlink(),
+        validation(lambda path: (path / "labelled/theory/x_mean/c/0/0/0/0").unlink()),
         validation(lambda path: (path / "labelled/zarr.json").write_text("[" * 100_000, encoding="utf-8")),
-        lambda path: make_pipe(path / "labelled/theory/pipe"),
+        validation(lambda path: make_pipe(path / "labelled/theory/pipe")),
         validation(lambda path: _folder_to_file(path / "labelled")),
         validation(lambda path: shutil.rmtree(path / "labelled")),
         lambda path: (path / "labelled/zarr.json").write_bytes(

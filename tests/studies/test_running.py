@@ -67,9 +67,9 @@ def stamps(store: Path) -> dict[str, tuple[int, bytes]]:
     [
         validation({"axes": {**RUNS["axes"], "order": [0.2, 0.4, 0.7, 1.0]}}, 4),
         validation({"axes": {**RUNS["axes"], "restitution": [0.8, 0.9, 1.0]}}, 6),
-        ({"axes": {"restitution": [0.8, 1.0], "order": [1.0, 0.7, 0.4]}}, 0),
+        validation({"axes": {"restitution": [0.8, 1.0], "order": [1.0, 0.7, 0.4]}}, 0),
         ({"axes": {**RUNS["axes"], "order": {"linspace": [0.4, 1.0, 5]}}}, 8),
-        ({"methods": ["monte_carlo", "averaging", "averaging_printed"]}, 6),
+        validation({"methods": ["monte_carlo", "averaging", "averaging_printed"]}, 6),
         validation({"methods": ["averaging"], "monte_carlo": None}, 0),
         validation({"quantities": ["x_mean"]}, 0),
     ],

@@ -154,6 +154,7 @@ def test_the_better_of_half_cycles_and_envelope_is_recommended() -> None:
         assert recommended(system, {"envelope": None, "half_cycles": None}).method == better
 
 
+@pytest.mark.validation  # every day: the same of the envelope, in test_system_envelope.py
 def test_where_no_cell_is_near_no_per_cent_is_stated() -> None:
     system = box(5e-3)
     doubled = sp.System(*[part for _, part in system.named()], sp.Springpot(0.6, 1.0))

@@ -126,17 +126,19 @@ def test_what_is_not_gaussian_is_not_covered() -> None:
             sp.theory.exceedance(sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2), part), {"x": 1.0})
 
 
-def test_the_level_of_a_probability_has_it() -> None:
+@pytest.mark.parametrize(
+    ("push", "name"), [(0.0, "x"), (0.5, "distance"), validation(0.0, "distance"), validation(0.5, "x")]
+)
+def test_the_level_of_a_probability_has_it(push: float, name: str) -> None:
     """By each formula, above the mean and on both sides, also where the mean is not 0."""
-    pressed = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2), sp.Constant(0.5))
-    for system, both in ((DASHPOT, False), (DASHPOT, True), (pressed, False), (pressed, True)):
-        name = "distance" if both else "x"
-        found = sp.theory.exceedance_level(system, {name: [1e-3, 1e-9]}, 20.0)[name]
-        assert {"rice", "vanmarcke"} <= {*found.level}
-        for formula, levels in found.level.items():
-            back = sp.theory.exceedance(system, {name: levels})[name].probability(20.0)[formula]
-            np.testing.assert_allclose(back, [1e-3, 1e-9], rtol=2e-3, err_msg=formula)
-        assert (found.level["rice"] >= found.level["vanmarcke"]).all()
+    pressed = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2), sp.Constant(push))
+    system = pressed if push else DASHPOT
+    found = sp.theory.exceedance_level(system, {name: [1e-3, 1e-9]}, 20.0)[name]
+    assert {"rice", "vanmarcke"} <= {*found.level}
+    for formula, levels in found.level.items():
+        back = sp.theory.exceedance(system, {name: levels})[name].probability(20.0)[formula]
+        np.testing.assert_allclose(back, [1e-3, 1e-9], rtol=2e-3, err_msg=formula)
+    assert (found.level["rice"] >= found.level["vanmarcke"]).all()
 
 
 @pytest.mark.parametrize(

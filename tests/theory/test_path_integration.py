@@ -167,6 +167,7 @@ def test_where_hops_are_too_short_there_is_no_rate() -> None:
     assert found.impact_rate > 0.0
 
 
+@pytest.mark.validation  # every day: against Monte Carlo, above
 def test_between_two_elastic_walls_the_map_says_the_error() -> None:
     """<v^2> is 3.5 % low here, which the warning has to cover."""
     walls = sp.Barrier(-0.6), sp.Barrier(0.9, free_side="below")

@@ -46,6 +46,7 @@ print(json.dumps({
 """
 
 
+@pytest.mark.validation  # every day: no script of the page names a method, below
 def test_a_made_up_method_takes_one_file_and_one_line(tmp_path: Path) -> None:
     """It is then in `springpot theory`, in the page's table and list, in a study and in pictures."""
     shutil.copytree(SOURCE, tmp_path / "springpot", ignore=shutil.ignore_patterns("*.nbc"))

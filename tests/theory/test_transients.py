@@ -148,6 +148,7 @@ def test_a_cubic_spring_is_linearized_at_each_time() -> None:
     assert not still.warnings
 
 
+@pytest.mark.validation  # every day: a cubic spring at each time, above
 def test_nonlinear_systems_end_in_the_stationary_linearization() -> None:
     ends = ("ground", "a"), ("a", "b")
     system = sp.System(

@@ -108,6 +108,7 @@ def test_of_masses_that_do_not_meet_each_has_the_moments_of_one() -> None:
         assert both.moments[f"{end}_x_mean_square"] == pytest.approx(alone.x_mean_square, rel=1e-6)
 
 
+@pytest.mark.validation  # every day: moments of an own solution, above
 def test_a_part_that_hardly_yields_is_a_spring_beside_one_that_bends() -> None:
     bent = sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Dashpot(0.1), sp.WhiteNoise(0.2)
     sprung = sp.theory.linearization(sp.System(sp.Spring(1.0), *bent)).x_mean_square

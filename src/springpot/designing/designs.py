@@ -121,7 +121,7 @@ def design(
 
     >>> gap = sp.uncertain("gap", sp.free("centre", 0.8, (0.4, 2.0)), cov=0.1)
     >>> device = sp.System(sp.Spring(4.0), sp.Dashpot(0.5), sp.Barrier(-gap), sp.WhiteNoise(1.0))
-    >>> wide = sp.design(device, "centre", {"impact_rate_quantile_0.95": (None, 0.1)}, rtol=0.1, cost_rtol=0.05)
+    >>> wide = sp.design(device, "centre", {"impact_rate_quantile_0.95": (None, 0.1)}, rtol=0.3, cost_rtol=0.3)
     >>> wide.promises[0].probability > 0.98
     True
 

@@ -21,6 +21,7 @@ def part(level: Level, number: int) -> Level:
     return replace(level, rows=level.rows[own], counted=level.counted[own])
 
 
+@pytest.mark.validation  # every day: intervals cover, in test_accuracy.py
 @pytest.mark.parametrize("paths", [validation(0), 4 * FEWEST_PAIRS])
 def test_the_errors_of_a_round_are_the_spread_between_rounds(paths: int) -> None:
     """With the fewest pairs, where regression on eight control variates takes out 7 % of the spread by chance.

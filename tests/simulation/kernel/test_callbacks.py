@@ -312,6 +312,7 @@ print([part.how for part in (_compiled(2), _compiled(3), _growth_part())])
 """
 
 
+@pytest.mark.validation  # every day: any callback is, in this file
 def test_what_counts_and_observes_is_compiled_once_for_all_processes(tmp_path: Path) -> None:
     """A function that holds another number is another function."""
     script = tmp_path / "callbacks.py"

@@ -131,6 +131,7 @@ def test_code_is_compiled_once_and_later_processes_need_no_numba(tiny: Path) -> 
     assert answered(begun(tiny))[1:3] == ("False", bits)
 
 
+@pytest.mark.validation  # every day: two processes keep code, in test_cache.py
 def test_two_processes_at_once_compile_the_same(tiny: Path) -> None:
     both = [begun(tiny, "wait") for _ in range(2)]
     for process in both:
@@ -147,6 +148,7 @@ def test_two_processes_at_once_compile_the_same(tiny: Path) -> None:
     assert answered(begun(tiny))[:3] == (one[0].replace("compiled in this process", "kept on disk"), "False", one[2])
 
 
+@pytest.mark.validation  # every day: bits do not depend on the lanes, in test_lanes.py
 @pytest.mark.skipif("linux-x86-64-v3" not in [each.name for each in TARGETS if each.here], reason="another processor")
 def test_without_the_widest_vectors_the_bits_are_the_same(tiny: Path) -> None:
     """As where the processor has none, by the variable that Numba knows too."""
@@ -159,6 +161,7 @@ def test_without_the_widest_vectors_the_bits_are_the_same(tiny: Path) -> None:
     assert answered(begun(tiny, SPRINGPOT_TARGET="linux-x86-64-v3"))[0].startswith("kept on disk")
 
 
+@pytest.mark.validation  # every day: the command says it, below
 @needs_owners
 def test_where_others_can_write_nothing_is_kept(tiny: Path) -> None:
     cache = tiny / "cache"
@@ -414,14 +417,14 @@ def test_all_targets_of_this_machine_have_the_same_bits(installed: Path) -> None
     ("damage", "reason"),
     [
         ("flipped", "the compiled code of this installation is damaged"),
-        ("another", "the compiled code of this installation is damaged"),
+        validation("another", "the compiled code of this installation is damaged"),
         ("stale", "the compiled code of this installation was made from other sources"),
-        ("missing", "the compiled code of this installation is not complete"),
-        ("no target", f"this installation brings none for {target().name}"),
-        ("unreadable", "the list of compiled code cannot be read"),
+        validation("missing", "the compiled code of this installation is not complete"),
+        validation("no target", f"this installation brings none for {target().name}"),
+        validation("unreadable", "the list of compiled code cannot be read"),
         ("no list", "this installation brings no compiled code"),
-        ("another list", "the list of compiled code cannot be read"),
-        ("not listed", "this installation brings none of it"),
+        validation("another list", "the list of compiled code cannot be read"),
+        validation("not listed", "this installation brings none of it"),
     ],
 )
 def test_an_object_that_is_not_right_is_not_used(installed: Path, damage: str, reason: str) -> None:

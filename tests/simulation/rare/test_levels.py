@@ -41,10 +41,10 @@ def test_the_level_has_the_probability_that_was_asked() -> None:
 @pytest.mark.parametrize(
     ("system", "name", "probability"),
     [
-        (WALL, "impact_speed", 1e-5), (WALL, "x", 0.3), (LIGHT, "x below", 1e-5), validation(WALL, "energy", 1e-5),
-        validation(WALL, "v", 1e-4), validation(WALL, "distance", 1e-8), validation(LIGHT, "spring_force below", 1e-4),
-        (LIGHT, "amplitude", 1e-4), validation(COUPLED, "a_b_elongation", 1e-4),
-        validation(COUPLED, "b_v", 1e-5),
+        validation(WALL, "impact_speed", 1e-5), (WALL, "x", 0.3), (LIGHT, "x below", 1e-5),
+        validation(WALL, "energy", 1e-5), validation(WALL, "v", 1e-4), validation(WALL, "distance", 1e-8),
+        validation(LIGHT, "spring_force below", 1e-4), validation(LIGHT, "amplitude", 1e-4),
+        validation(COUPLED, "a_b_elongation", 1e-4), validation(COUPLED, "b_v", 1e-5),
     ],
 )  # fmt: skip
 def test_so_it_is_of_every_quantity(system: sp.System, name: str, probability: float) -> None:

@@ -24,11 +24,11 @@ SHORT: dict[str, Any] = {"duration": 20.0, "step": 0.1, "start": "rest", "thread
 def test_a_long_call_in_python_says_so_first_and_what_has_it_at_once(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The sentence of a call of more than a tenth of a second; of a wall there is no such theory."""
+    """The sentence of a call of more than a hundredth of a second; of a wall there is no such theory."""
     sp.exceedance(LINEAR, {"x": 2.0}, **SHORT, rtol=1.0)
     assert capsys.readouterr().err == ""
-    monkeypatch.setattr(bar, "LONG_SECONDS", 0.1)
-    sp.exceedance(LINEAR, {"x": 8.0, "energy": 1.0}, **SHORT, rtol=0.6)
+    monkeypatch.setattr(bar, "LONG_SECONDS", 0.01)
+    sp.exceedance(LINEAR, {"x": 4.5, "energy": 1.0}, **SHORT, rtol=0.6)
     said = capsys.readouterr().err.splitlines()
     assert said[0].startswith("springpot: this takes about ")
     assert said[0].endswith(
@@ -48,7 +48,7 @@ def test_a_function_for_the_progress_takes_the_place_of_the_bar(
     assert 0.0 <= told[0] <= told[-1] <= 1.0
 
 
-@pytest.mark.parametrize(("level", "rtol"), [(4.8, 0.2), (7.0, 0.1), validation(9.8, 0.3)])
+@pytest.mark.parametrize(("level", "rtol"), [(4.8, 0.2), validation(7.0, 0.1), validation(9.8, 0.3)])
 def test_the_work_that_is_announced_is_about_that_which_is_done(level: float, rtol: float) -> None:
     """The first estimate of splitting, before any of its repetitions has ended, within a factor of four."""
     told = list[Estimate]()

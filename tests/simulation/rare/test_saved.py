@@ -250,6 +250,7 @@ def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, int]:
     return subprocess.run([*QUICK, place], capture_output=True, text=True, check=True).stdout, lines_in(place)
 
 
+@pytest.mark.validation  # every day: cut at three places, in test_exceedance.py; kills in machine/
 @pytest.mark.parametrize("share", [0.3, validation(0.05), validation(0.6)])
 def test_a_killed_call_goes_on_to_the_same_bits(share: float, tmp_path: Path, uninterrupted: tuple[str, int]) -> None:
     """SIGKILL; all that had ended is read, and no line but the last is not whole."""
@@ -264,6 +265,7 @@ def test_a_killed_call_goes_on_to_the_same_bits(share: float, tmp_path: Path, un
     assert lines_in(place) - whole in (0, 1)  # one that was begun may stand between
 
 
+@pytest.mark.validation  # every day: two processes on any record, in machine/
 def test_two_calls_at_once_share_a_file_and_say_the_same(tmp_path: Path, uninterrupted: tuple[str, int]) -> None:
     place = tmp_path / "file"
     two = [subprocess.Popen([*QUICK, place], stdout=subprocess.PIPE, text=True) for _ in range(2)]
@@ -273,6 +275,7 @@ def test_two_calls_at_once_share_a_file_and_say_the_same(tmp_path: Path, uninter
     assert again.stdout == uninterrupted[0]
 
 
+@pytest.mark.validation  # every day: a full disk ends no run, above
 def test_a_disk_that_becomes_full_ends_no_call(small_disk: Path, uninterrupted: tuple[str, int]) -> None:
     place = small_disk / "file"
     fill(small_disk / "ballast", room=20_000)

@@ -339,6 +339,7 @@ def test_the_peaks_of_a_stiff_contact_are_half_sines() -> None:
     half_sines(run, "contact", of_all=True)
 
 
+@pytest.mark.validation  # every day: those of one mass
 def test_soft_stops_of_several_masses_push_as_one_does_and_give_what_the_parts_take() -> None:
     ends: dict[str, Any] = {"between": ("ground", "a")}
     system = sp.System(
