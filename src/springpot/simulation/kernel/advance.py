@@ -118,7 +118,7 @@ _of_points, _of_rows = stack_array(MOST_POINTS * LANES), stack_array(MOST_ROWS *
 _of_two_points = stack_array(2 * MOST_POINTS * LANES)
 _by_step, _increments = stack_array(MOST_ROWS * GROUP * LANES), stack_array(MOST_ROWS * (GROUP + 2) * LANES)
 _modes, _normals = stack_array(MOST_MODES * LANES), stack_array(MOST_NOISES * GROUP * LANES)
-_four, _given = stack_array(GROUP * LANES), stack_array(MOST_SOURCES * GROUP * LANES)
+_four, _inputs = stack_array(GROUP * LANES), stack_array(MOST_SOURCES * GROUP * LANES)
 _states, _columns = stack_array((MOST_STATES + 4) * LANES), stack_array(MOST_COLUMNS * LANES)
 _of_walls, _of_two_walls = stack_array(MOST_WALLS * LANES), stack_array(2 * MOST_WALLS * LANES)
 _few, _own = stack_array(3 * MOST_POINTS), stack_array(3 * WIDTH)
@@ -234,20 +234,20 @@ def _outputs(K, S, T, u, j, shown, o):
 
 
 @njit(**INLINE)
-def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, with_outputs, o, one):
+def _one_step(K, D, F, T, S, x, v, shown_x, j, step, in_window, next_in, with_outputs, o, one):
     """From one kick to the next; with ``one`` of a coordinate that turns and has no parts with code of their own."""
     if not one and K[TURNS] > 0 and K[RESTING] > 0:
         store(T.fx, o, 0.0)
     if not one and K[DAMPERS] > 0:
-        damp(K, D, F, T, step, no(), within, o)
+        damp(K, D, F, T, step, no(), in_window, o)
     gather(K, F, T, j, o, one)
     if not one and K[SHAKEN] > 0:
-        shake(K, F, T, j, step, within, o)
+        shake(K, F, T, j, step, in_window, o)
     pull(K, F, T, j, o, one)
-    if within:
+    if in_window:
         work(K, F, T, j, o, one)
-    kick(K, F, T, within, o, one)
-    weight, later = 1.0 if within else 0.0, 1.0 if next_within else 0.0
+    kick(K, F, T, in_window, o, one)
+    weight, later = 1.0 if in_window else 0.0, 1.0 if next_in else 0.0
     if not one and K[RESTING] > 0:
         if K[TURNS] > 0:
             hold_turning(K, D, T, no(), weight, o)
@@ -255,15 +255,15 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, with_o
             for k in range(K[WALLS]):
                 store(T.leant, k * LANES + o, 0.0)
             hold(K, D, T, x, v, weight, o, WIDTH)
-            if within:
+            if in_window:
                 squares_beside_rest(K, T, o)
-    if within:
+    if in_window:
         work(K, F, T, j, o, one)
-    rates(K, F, T, within, with_outputs, o, one)
+    rates(K, F, T, in_window, with_outputs, o, one)
     if not one and with_outputs:
         _outputs(K, S, T, T.u, j, shown_x, o)
     if not one and K[DAMPERS] > 0:
-        damp(K, D, F, T, step, yes(), within, o)
+        damp(K, D, F, T, step, yes(), in_window, o)
     if not one and K[RESTING] > 0 and K[DAMPERS] > 0:
         if K[TURNS] > 0:
             hold_turning(K, D, T, yes(), weight, o)
@@ -345,7 +345,7 @@ def _advance(
         _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero),
         _of_points(zero), _of_points(zero), _of_points(zero),
         _of_rows(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero),
-        _increments(zero), _by_step(zero), _modes(zero), _normals(zero), _given(zero), _states(zero),
+        _increments(zero), _by_step(zero), _modes(zero), _normals(zero), _inputs(zero), _states(zero),
         _of_two_points(zero), _of_rows(zero), _of_two_walls(zero), _columns(zero),
         _of_points(0.0), _of_points(0.0), _columns(0.0), _of_walls(0.0), _own(0.0), _of_walls(0.0),
     )  # fmt: skip
@@ -405,7 +405,7 @@ def _advance(
             for r in range(K[NOISES] + K[SHAKEN]):
                 draw_for_steps(t // GROUP, who, stream, r, k0, k1, halved, beyond(T.g, r * GROUP * LANES), fine)
             if K[SOURCES] > 0:
-                supply_sources(K, D, F, t // GROUP, who, stream, k0, k1, T.state, T.given, shown_x, fine)
+                supply_sources(K, D, F, t // GROUP, who, stream, k0, k1, T.state, T.inputs, shown_x, fine)
             in_window = low < t + GROUP and t < high
             watched = in_window and S[ON_STEPS_COUNT] > 0
             # sums in the sweep's precision are short; the last half of a drift before the window belongs to it
@@ -426,14 +426,14 @@ def _advance(
                 _clear(T, summed if begins else 0, o)
                 for j in range(GROUP):
                     step = t + j
-                    within, next_within = low <= step < high, low <= step + 1 < high
+                    in_window, next_in = low <= step < high, low <= step + 1 < high
                     if plain:  # the same with a constant that the compiler knows
-                        _one_step(K, D, F_o, T, S, x, v, shown_x, j, step, within, next_within, with_outputs, o, yes())
+                        _one_step(K, D, F_o, T, S, x, v, shown_x, j, step, in_window, next_in, with_outputs, o, yes())
                     else:
-                        _one_step(K, D, F_o, T, S, x, v, shown_x, j, step, within, next_within, with_outputs, o, no())
+                        _one_step(K, D, F_o, T, S, x, v, shown_x, j, step, in_window, next_in, with_outputs, o, no())
                     if watched:
                         _show(K, D, F_o, T, j, shown_x, shown_v, o)
-                    if within:
+                    if in_window:
                         _see(K, T, o, plain)
                     if step == low - 1 or step == high - 1 or step == steps - 1:
                         _mark(K, D, T, x, v, step, low, high, o)

@@ -136,19 +136,19 @@ def _push(K, F, T, S, short, weight, o):
 
 
 @njit(**INLINE)
-def _to(K, F, T, S, j, begin, span, within, beyond_it, o):
+def _to(K, F, T, S, j, begin, span, in_window, after_middle, o):
     """A part of the flight; where it struck a wall.  The rates at its beginning are kept for the contacts."""
     for c in range(K[CONTACTS]):
         at = K[K[CONTACT_AT] + c] * LANES + o
         store(T.touched, (K[CONTACTS] + c) * LANES + o, load(T.w, at))
     if K[WALLS] > 0:
-        return fly(K, F, T, S, j, begin, span, within, beyond_it, o)
+        return fly(K, F, T, S, j, begin, span, in_window, after_middle, o)
     advance(K, T, span, o)
     return load(T.v, o) < load(T.v, o)
 
 
 @njit(**LINKED)
-def drift_through_contacts(K, F, T, S, j, within, beyond_it, o):
+def drift_through_contacts(K, F, T, S, j, in_window, after_middle, o):
     """The drift again, in short steps."""
     count = 2 * K[SUBSTEPS]
     short = shared(F, K[STEP]) / count
@@ -157,11 +157,11 @@ def drift_through_contacts(K, F, T, S, j, within, beyond_it, o):
         store(T.touched, c * LANES + o, load(T.fu, K[K[CONTACT_AT] + c] * LANES + o))
     ever = load(T.v, o) < load(T.v, o)
     for s in range(count):
-        weight = filled(load(T.v, o), within if 2 * s < count else beyond_it)
-        hit = _to(K, F, T, S, j, s * short, 0.5 * short, within, beyond_it, o)
+        weight = filled(load(T.v, o), in_window if 2 * s < count else after_middle)
+        hit = _to(K, F, T, S, j, s * short, 0.5 * short, in_window, after_middle, o)
         _touches(K, F, T, S, hit, 0.5 * short, weight, o)
         pushed = _push(K, F, T, S, short, weight, o)
-        again = _to(K, F, T, S, j, (s + 0.5) * short, 0.5 * short, within, beyond_it, o)
+        again = _to(K, F, T, S, j, (s + 0.5) * short, 0.5 * short, in_window, after_middle, o)
         _touches(K, F, T, S, again, 0.5 * short, weight, o)
         ever = ever | hit | pushed | again
         if 2 * s + 2 == count:  # the observation

@@ -81,10 +81,10 @@ def _wake_filtered(start, size, word, who, stream, k0, k1, state, normals):
 
 
 @njit(**LINKED)
-def supply_sources(K, D, F, group, who, stream, k0, k1, state, given, spare, normals):
-    """The impulses of four steps of all sources, one after another in ``given``."""
+def supply_sources(K, D, F, group, who, stream, k0, k1, state, inputs, spare, normals):
+    """The impulses of four steps of all sources, one after another in ``inputs``."""
     for i in range(K[SOURCES]):
-        kind, long, own = _of(K, i, KIND), _of(K, i, LONG), beyond(given, i * GROUP * LANES)
+        kind, long, own = _of(K, i, KIND), _of(K, i, LONG), beyond(inputs, i * GROUP * LANES)
         begun, word, wave = beyond(state, _of(K, i, PLACE) * LANES), _of(K, i, WORD), K[WAVE] + 2 * i
         if kind == FILTERED or kind == POISSON:  # noqa: SIM109  (a tuple would be compiled as one)
             parts = K[PARTS]
@@ -136,46 +136,46 @@ def _follow_envelope(envelope, steps, group, own):
 
 
 @njit(**INLINE)
-def _sum_pairs(given, spare, to):
+def _sum_pairs(inputs, spare, to):
     """Four impulses of half steps become two of steps, which are put at step ``to`` of the group.
 
     The first two steps are kept until the second pair is known.
     """
     for lane in range(LANES):
-        one, two = given[lane] + given[LANES + lane], given[2 * LANES + lane] + given[3 * LANES + lane]
+        one, two = inputs[lane] + inputs[LANES + lane], inputs[2 * LANES + lane] + inputs[3 * LANES + lane]
         if to == 0:
             spare[lane], spare[LANES + lane] = one, two
         else:
-            given[lane], given[LANES + lane] = spare[lane], spare[LANES + lane]
-            given[2 * LANES + lane], given[3 * LANES + lane] = one, two
+            inputs[lane], inputs[LANES + lane] = spare[lane], spare[LANES + lane]
+            inputs[2 * LANES + lane], inputs[3 * LANES + lane] = one, two
 
 
 @njit(**LINKED)
-def _next_impulses(numbers, pairs, state, given, g):
+def _next_impulses(numbers, pairs, state, inputs, g):
     for lane in range(LANES):
         w = of_lane(numbers, lane)
         w0, w1, w2, w3 = w[0], w[1], w[2], w[3]
         g0, g1, g2, g3 = g[lane], g[LANES + lane], g[2 * LANES + lane], g[3 * LANES + lane]
-        given[lane] = w0 * g0
-        given[LANES + lane] = w0 * g1 + w1 * g0
-        given[2 * LANES + lane] = w0 * g2 + w1 * g1 + w2 * g0
-        given[3 * LANES + lane] = w0 * g3 + w1 * g2 + w2 * g1 + w3 * g0
+        inputs[lane] = w0 * g0
+        inputs[LANES + lane] = w0 * g1 + w1 * g0
+        inputs[2 * LANES + lane] = w0 * g2 + w1 * g1 + w2 * g0
+        inputs[3 * LANES + lane] = w0 * g3 + w1 * g2 + w2 * g1 + w3 * g0
     for k in range(pairs):
         at = 2 * k * LANES
         for lane in range(LANES):
             p = of_lane(beyond(numbers, 4 + 20 * k), lane)
             y, z = state[at + lane], state[at + LANES + lane]
             g0, g1, g2, g3 = g[lane], g[LANES + lane], g[2 * LANES + lane], g[3 * LANES + lane]
-            given[lane] += p[4] * y + p[5] * z
-            given[LANES + lane] += p[6] * y + p[7] * z
-            given[2 * LANES + lane] += p[8] * y + p[9] * z
-            given[3 * LANES + lane] += p[10] * y + p[11] * z
+            inputs[lane] += p[4] * y + p[5] * z
+            inputs[LANES + lane] += p[6] * y + p[7] * z
+            inputs[2 * LANES + lane] += p[8] * y + p[9] * z
+            inputs[3 * LANES + lane] += p[10] * y + p[11] * z
             state[at + lane] = y + (p[0] * y + p[1] * z + p[12] * g0 + p[14] * g1 + p[16] * g2 + p[18] * g3)
             state[at + LANES + lane] = z + (p[2] * y + p[3] * z + p[13] * g0 + p[15] * g1 + p[17] * g2 + p[19] * g3)
 
 
 @njit(**LINKED)
-def _next_shots(wave, group, who, stream, word, k0, k1, given, normals):
+def _next_shots(wave, group, who, stream, word, k0, k1, inputs, normals):
     for lane in range(LANES):
         rate = of_lane(wave, lane)[0]
         none = math.exp(-rate)
@@ -188,14 +188,14 @@ def _next_shots(wave, group, who, stream, word, k0, k1, given, normals):
                 left -= chance
                 count += 1
                 chance *= rate / count
-            given[j * LANES + lane] = math.sqrt(float(count))
+            inputs[j * LANES + lane] = math.sqrt(float(count))
     draw(group, who, stream, word + 1, k0, k1, normals)
     for i in range(GROUP * LANES):
-        given[i] *= of_lane(wave, i % LANES)[1] * f64(normals[i])
+        inputs[i] *= of_lane(wave, i % LANES)[1] * f64(normals[i])
 
 
 @njit(**LINKED)
-def _next_modulated(numbers, size, steps, length, group, state, given, g):
+def _next_modulated(numbers, size, steps, length, group, state, inputs, g):
     """Of white noise (no states), or of a filter that it drives: the best guess of the states, and what is seen."""
     changes = steps * (1 + size)
     laws = (length - changes) // max(size * (size + 1), 1)  # 1 of a filter that does not change
@@ -204,12 +204,12 @@ def _next_modulated(numbers, size, steps, length, group, state, given, g):
         inside, law = n < steps, min(n, laws - 1)
         none = typed(0.0, shared(numbers, 0))
         for lane in range(LANES):
-            given[to + lane] = (of_lane(numbers, lane)[n] if inside else none) * g[to + lane]
+            inputs[to + lane] = (of_lane(numbers, lane)[n] if inside else none) * g[to + lane]
         for i in range(size):
             seen = changes + laws * size * size + law * size + i
             for lane in range(LANES):
                 gain = of_lane(numbers, lane)[steps + n * size + i] if inside else none
-                given[to + lane] += of_lane(numbers, lane)[seen] * state[i * LANES + lane]
+                inputs[to + lane] += of_lane(numbers, lane)[seen] * state[i * LANES + lane]
                 state[(size + i) * LANES + lane] = gain * g[to + lane]
             for k in range(size):
                 factor = changes + (law * size + i) * size + k

@@ -12,7 +12,7 @@ from springpot.simulation.kernel.lanes import INLINE, LANES
 from springpot.simulation.kernel.vectors import choose, filled, larger, load, power, root, size, smaller, store
 
 # kinds; WHOLE is the law of Bouc and Wen with an exponent of 1, 2, ... 50; larger numbers are addresses of functions
-COULOMB, POWERS, VAN_DER_POL, JENKINS, WHOLE, ANY = range(6)
+COULOMB, POLYNOMIAL, VAN_DER_POL, JENKINS, WHOLE, ANY = range(6)
 NUMBERS_OF_DAMPER = 6  # the last is the reduced mass
 STATES_OF_YIELDING = 4
 """Of a part that yields: its slider, x and velocity after the last kick; and its z in the present step.

@@ -18,7 +18,7 @@ from springpot.simulation.kernel.laws import (
     ANY,
     COULOMB,
     NUMBERS_OF_DAMPER,
-    POWERS,
+    POLYNOMIAL,
     VAN_DER_POL,
     coulomb,
     powers,
@@ -113,7 +113,7 @@ class Lanes(NamedTuple):
     h: Any  # GROUP forces of the modes of each row
     z: Any  # modes
     g: Any  # GROUP normals of each noise
-    given: Any  # GROUP impulses of each source
+    inputs: Any  # GROUP impulses of each source
     state: Any  # of sources, of what yields, and of rows at rest
     fx: Any  # of coordinates and rows in flight; of one that turns and rests, before it what kicks change of v
     fu: Any
@@ -199,7 +199,7 @@ def gather(K, F, T, j, o, one):
         for r in range(K[NOISES]):
             whole = whole + F[K[NOISE] + r] * load(T.g, (GROUP * r + j) * LANES + o)
         for r in range(K[SOURCES]):
-            whole = whole + F[K[SOURCE_ROW] + r] * load(T.given, (GROUP * r + j) * LANES + o)
+            whole = whole + F[K[SOURCE_ROW] + r] * load(T.inputs, (GROUP * r + j) * LANES + o)
         store(T.impulse, o, whole)
         return
     for i in range(K[POINTS]):
@@ -209,13 +209,13 @@ def gather(K, F, T, j, o, one):
         for p in range(K[K[NOISE_BEGIN] + r], K[K[NOISE_BEGIN] + r + 1]):
             add(T.impulse, K[K[NOISE_AT] + p] * LANES + o, F[K[NOISE] + p] * normal)
     for r in range(K[SOURCES]):
-        given = load(T.given, (GROUP * r + j) * LANES + o)
+        inputs = load(T.inputs, (GROUP * r + j) * LANES + o)
         for p in range(K[K[SOURCE_BEGIN] + r], K[K[SOURCE_BEGIN] + r + 1]):
-            add(T.impulse, K[K[SOURCE_AT] + p] * LANES + o, F[K[SOURCE_ROW] + p] * given)
+            add(T.impulse, K[K[SOURCE_AT] + p] * LANES + o, F[K[SOURCE_ROW] + p] * inputs)
 
 
 @njit(**LINKED)
-def shake(K, F, T, j, step, within, o):
+def shake(K, F, T, j, step, in_window, o):
     """The impulses of noise that multiplies elongations, and its expected works."""
     for r in range(K[SHAKEN]):
         e, normal = K[K[SHAKEN_AT] + r], load(T.g, (GROUP * (K[NOISES] + r) + j) * LANES + o)
@@ -225,7 +225,7 @@ def shake(K, F, T, j, step, within, o):
             factor = F[begin + min(step, steps - 1)]
             square, feed = square * factor, feed * factor
         u = load(T.u, e * LANES + o)
-        if within:
+        if in_window:
             add(T.terms, sum_of(K, WORKS, K[SOURCES] + K[DAMPERS] + r) + o, feed * u * u)
         push_row(K, F, T, e, root(square * u * u) * normal, o, no())
 
@@ -255,19 +255,19 @@ def pull(K, F, T, j, o, one):
 def work(K, F, T, j, o, one):
     """Half of the work of the sources: that with the velocities before the kick, or that with those after it."""
     for r in range(K[SOURCES]):
-        given = load(T.given, (GROUP * r + j) * LANES + o)
+        inputs = load(T.inputs, (GROUP * r + j) * LANES + o)
         if one:
-            add(T.terms, sum_of(K, WORKS, r) + o, 0.5 * F[K[SOURCE_ROW] + r] * given * load(T.v, o))
+            add(T.terms, sum_of(K, WORKS, r) + o, 0.5 * F[K[SOURCE_ROW] + r] * inputs * load(T.v, o))
             continue
         for p in range(K[K[SOURCE_BEGIN] + r], K[K[SOURCE_BEGIN] + r + 1]):
             v = load(T.v, K[K[SOURCE_AT] + p] * LANES + o)
-            add(T.terms, sum_of(K, WORKS, r) + o, 0.5 * F[K[SOURCE_ROW] + p] * given * v)
+            add(T.terms, sum_of(K, WORKS, r) + o, 0.5 * F[K[SOURCE_ROW] + p] * inputs * v)
 
 
 @njit(**INLINE)
-def kick(K, F, T, within, o, one):
+def kick(K, F, T, in_window, o, one):
     """The change of all velocities; the squares of their means before and after it, unless walls still take of it."""
-    n, sums = 1 if one else K[POINTS], within and not one and K[TURNS] + K[PAPER] + K[RESTING] == 0
+    n, sums = 1 if one else K[POINTS], in_window and not one and K[TURNS] + K[PAPER] + K[RESTING] == 0
     for i in range(n):
         change = F[K[SOLVE] + i * n] * load(T.impulse, o)
         for k in range(1, n):
@@ -285,18 +285,18 @@ def kick(K, F, T, within, o, one):
 
 
 @njit(**INLINE)
-def rates(K, F, T, within, with_outputs, o, one):
+def rates(K, F, T, in_window, with_outputs, o, one):
     """The rates of all rows after the kick, and the power of dampers and memory, by the means before and after it."""
     for e in range(1 if one else K[ROWS]):
         at = e * LANES + o
         new, old = stretch(K, F, e, T.v, o, one), load(T.w, at)
         store(T.w, at, new)
-        if within or with_outputs:
+        if in_window or with_outputs:
             middle, pulled = 0.5 * (new + old), load(T.pull, at) + F[K[ANSWER] + e] * (new - old)
             if with_outputs:
                 store(T.pull, at, pulled)
                 store(T.middle, at, middle)
-            if within:
+            if in_window:
                 add(T.terms, sum_of(K, POWER, 0) + o, pulled * middle)
                 if e < K[FORCED]:
                     add(T.terms, sum_of(K, FORCE, e) + o, pulled)
@@ -320,7 +320,7 @@ def _change(K, D, F, T, k, n, after, o):
     u, w, state = load(T.u, e), load(T.w, e), beyond(T.state, K[K[DAMPER_PLACE] + k] * LANES)
     if kind == COULOMB:
         return coulomb(F[b], w)
-    if kind == POWERS:
+    if kind == POLYNOMIAL:
         return powers(F[b], F[b + 1], w, after)
     if kind == VAN_DER_POL:
         return van_der_pol(F[b], F[b + 1], u, w)
@@ -342,14 +342,14 @@ def _change(K, D, F, T, k, n, after, o):
 
 
 @njit(**LINKED)
-def damp(K, D, F, T, n, after, within, o):
+def damp(K, D, F, T, n, after, in_window, o):
     """Half of step n of all dampers, one after another; after the kick in reverse."""
     count = K[DAMPERS]
     for number in range(count):
         k = count - 1 - number if after else number
         e = K[K[DAMPER_AT] + k]
         change = _change(K, D, F, T, k, n, after, o)
-        if within:
+        if in_window:
             w = load(T.w, e * LANES + o)
             add(T.terms, sum_of(K, WORKS, K[SOURCES] + k) + o, change * (w + 0.5 * change))
         for i in range(K[POINTS]):

@@ -36,7 +36,7 @@ def output_of(S, T, elongation, number, j, to, o):
     for term in range(S[S[OUTPUT_BEGIN] + number], S[S[OUTPUT_BEGIN] + number + 1]):
         row, b = S[S[OUTPUT_ROW] + term], NUMBERS * term
         if row < 0:
-            total = total + N[b + 10] * double(load(T.given, ((-1 - row) * GROUP + j) * LANES + o))
+            total = total + N[b + 10] * double(load(T.inputs, ((-1 - row) * GROUP + j) * LANES + o))
             continue
         u, middle = double(load(elongation, row * LANES + o)), double(load(T.middle, row * LANES + o))
         total = total + (N[b] + N[b + 1] * u + (N[b + 10] * load(T.pull, row * LANES + o) + N[b + 11] * middle))

@@ -15,7 +15,7 @@ from numba import njit
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, f64, greater, stack_array
 from springpot.simulation.kernel.motion import NO_SPRING, sum_of
 from springpot.simulation.kernel.reading import of_lane
-from springpot.simulation.kernel.striking import FIXED, POWER
+from springpot.simulation.kernel.striking import FIXED, POWER_LAW
 from springpot.simulation.kernel.tables import (
     ALONG,
     CONSTANT,
@@ -304,7 +304,7 @@ def _pushed(K, D, T, j, lane, v):
         v[MOST_POINTS + i] = D[K[CONSTANT] + i]
     for r in range(K[SOURCES]):
         for p in range(K[K[SOURCE_BEGIN] + r], K[K[SOURCE_BEGIN] + r + 1]):
-            impulse = f64(T.given[(GROUP * r + j) * LANES + lane])
+            impulse = f64(T.inputs[(GROUP * r + j) * LANES + lane])
             v[MOST_POINTS + K[K[SOURCE_AT] + p]] += D[K[SMOOTH] + r] * D[K[SOURCE_ROW] + p] * impulse
     for k in range(K[WALLS]):
         e = K[K[WALL_AT] + k]
@@ -346,7 +346,7 @@ def restitution_of(K, D, k, speed):
     kind, b = K[K[WALL_KIND] + k], K[RESTITUTION] + 3 * k
     if kind == FIXED:
         return D[b]
-    if kind == POWER:
+    if kind == POWER_LAW:
         return min(D[b] * (speed / D[b + 1]) ** -D[b + 2], 1.0) if speed > 0.0 else 1.0
     found = _one(0.0)
     call_share(kind, (D[b] * speed, found))

@@ -57,7 +57,7 @@ from springpot.simulation.kernel.vectors import (
 from springpot.simulation.kernel.watching import show_impacts
 
 MOST_EVENTS = 64  # of a lane in a drift, after which impacts are plastic; after twice as many it stays until the end
-FIXED, POWER = 0, 1  # kinds of restitution; larger numbers are addresses of functions
+FIXED, POWER_LAW = 0, 1  # kinds of restitution; larger numbers are addresses of functions
 
 
 @njit(**INLINE)
@@ -66,7 +66,7 @@ def restitution(K, F, k, speed, where, room):
     b, kind = K[RESTITUTION] + 3 * k, K[K[WALL_KIND] + k]
     if kind == FIXED:
         return filled(speed, F[b])
-    if kind == POWER:
+    if kind == POWER_LAW:
         share = F[b] * power(speed / F[b + 1], filled(speed, 0.0) - F[b + 2])
         return choose(speed > 0.0, smaller(share, 1.0), 1.0)
     store(room, 0, choose(where, double(speed), -1.0))
@@ -77,10 +77,10 @@ def restitution(K, F, k, speed, where, room):
 
 
 @njit(**INLINE)
-def count_impacts(K, F, T, k, where, within, closing, o):
-    """Add impacts of some lanes to the sums of a wall; ``within`` is 1 in lanes in the window, otherwise 0."""
+def count_impacts(K, F, T, k, where, in_window, closing, o):
+    """Add impacts of some lanes to the sums of a wall; ``in_window`` is 1 in lanes in the window, otherwise 0."""
     to = sum_of(K, HITS, OF_A_WALL * k) + o
-    one = choose(where, within, 0.0)
+    one = choose(where, in_window, 0.0)
     more = one * closing
     add(T.terms, to, one)
     add(T.terms, to + LANES, more)
@@ -88,9 +88,9 @@ def count_impacts(K, F, T, k, where, within, closing, o):
 
 
 @njit(**INLINE)
-def count_taken(K, F, T, k, where, within, closing, r, change, o):
+def count_taken(K, F, T, k, where, in_window, closing, r, change, o):
     """Add what a wall takes in these impacts: energy and momentum."""
-    to, one = sum_of(K, HITS, OF_A_WALL * k) + o, choose(where, within * F[K[REDUCED] + k], 0.0)
+    to, one = sum_of(K, HITS, OF_A_WALL * k) + o, choose(where, in_window * F[K[REDUCED] + k], 0.0)
     add(T.terms, to + 3 * LANES, 0.5 * one * (1.0 - r * r) * closing * closing)
     add(T.terms, to + 4 * LANES, one * change)
 
@@ -104,7 +104,7 @@ def _given_along(K, F, T, k, j, o):
         given = given + F[K[CONSTANT] + i] * F[K[JUMP] + k * n + i]
     for r in range(K[SOURCES]):
         if shared(F, K[SMOOTH] + r) > 0.0:
-            impulse = load(T.given, (GROUP * r + j) * LANES + o)
+            impulse = load(T.inputs, (GROUP * r + j) * LANES + o)
             for p in range(K[K[SOURCE_BEGIN] + r], K[K[SOURCE_BEGIN] + r + 1]):
                 given = given + F[K[SOURCE_ROW] + p] * F[K[JUMP] + k * n + K[K[SOURCE_AT] + p]] * impulse
     for e in range(m):
@@ -162,7 +162,7 @@ def push_all(K, F, T, jump, along, change, o):
 
 
 @njit(**LINKED)
-def fly(K, F, T, S, j, begin, span, within, beyond_it, o):
+def fly(K, F, T, S, j, begin, span, in_window, after_middle, o):
     """Straight flight of all lanes over a part of a drift with its impacts; in which lanes there were some.
 
     It begins at the time ``begin`` after the kick.  Before the middle between two kicks the last one has given the
@@ -194,7 +194,7 @@ def fly(K, F, T, S, j, begin, span, within, beyond_it, o):
         left = left - soonest
         late = (begin + span) - left - 0.5 * step  # after the middle between two kicks
         advance(K, T, soonest, o)
-        weight = choose(late <= 0.0, filled(late, within), beyond_it)
+        weight = choose(late <= 0.0, filled(late, in_window), after_middle)
         for k in range(K[WALLS]):
             here = struck == filled(struck, k)
             if not some(here):
@@ -255,7 +255,7 @@ def is_behind(K, F, T, o):
 
 
 @njit(**LINKED)
-def bounce(K, F, T, S, within, o):
+def bounce(K, F, T, S, in_window, o):
     """As the paper prints it: the velocity is reversed where x is at the wall or beyond it and moves towards it."""
     for k in range(K[WALLS]):
         e, side = K[K[WALL_AT] + k], F[K[SIDE] + k]
@@ -264,7 +264,7 @@ def bounce(K, F, T, S, within, o):
         if some(here):
             r = restitution(K, F, k, speed, here, T.own)
             change = speed + r * speed
-            weight = filled(speed, within)
+            weight = filled(speed, in_window)
             count_impacts(K, F, T, k, here, weight, speed, o)
             count_taken(K, F, T, k, here, weight, speed, r, change, o)
             show_impacts(S, k, here & (weight > 0.0), speed, o, T.own)

@@ -29,7 +29,7 @@ from springpot.simulation.kernel.motion import CUBIC, LINEAR, NINTH, NO_SPRING, 
 from springpot.simulation.kernel.native import KERNELS, KERNELS_BY_LANE
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS
 from springpot.simulation.kernel.sizes import GROUP, LANES, MOST_MODES
-from springpot.simulation.kernel.striking import FIXED, POWER
+from springpot.simulation.kernel.striking import FIXED, POWER_LAW
 from springpot.simulation.kernel.tables import SUMS, Tables, packed
 from springpot.simulation.lowering import sources
 from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, sums_of, taps_of
@@ -679,7 +679,7 @@ def _restitution(wall: Barrier, name: str, unit: float) -> _Rule:
     """The rule of a wall; ``unit`` is the kernel's unit of speed."""
     law = wall.restitution
     if isinstance(law, PowerRestitution):
-        return _Rule(POWER, (law.restitution, law.speed / unit, law.exponent))
+        return _Rule(POWER_LAW, (law.restitution, law.speed / unit, law.exponent))
     if isinstance(law, Restitution):
         own = restitution_of(type(law).formula, name, tuple(law.values))
     elif callable(law):

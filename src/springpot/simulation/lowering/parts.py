@@ -224,7 +224,7 @@ def _(part: PolynomialDashpot, name: str, units: Units, step: float) -> Lowered:
     if part.is_linear:
         return Lowered(springpots=linear)
     impulses = 0.5 * step * c2 * units.length, step * c3 * units.length**2 / units.time
-    return Lowered(springpots=linear, dampers=(Damper(name, laws.POWERS, impulses),))
+    return Lowered(springpots=linear, dampers=(Damper(name, laws.POLYNOMIAL, impulses),))
 
 
 @lower.register
