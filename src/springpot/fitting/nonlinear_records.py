@@ -364,8 +364,8 @@ def flow_of(system: System, rates: Floats) -> Flow:
     walls = [(wall.position, wall.inwards, wall.restitution) for wall in unit.walls.values()]
     contacts = [(c.position, c.inwards, c.stiffness, c.exponent, c.dissipation) for c in unit.contacts.values()]
     return Flow(
-        float(stiffness), float(damping), float(sum(noise.white_intensity for noise in unit.parts)), weights, memory,
-        np.array(walls, float).reshape(-1, 3), np.array(potential.coefficients[2:], float),
+        float(stiffness), float(damping), float(sum(noise.white_intensity for noise in unit.excitations.values())),
+        weights, memory, np.array(walls, float).reshape(-1, 3), np.array(potential.coefficients[2:], float),
         np.array(contacts, float).reshape(-1, 5),
     )  # fmt: skip
 
@@ -452,11 +452,11 @@ def _check(system: System, data: MeasuredRecord) -> None:
             raise NotCoveredError(f"{_REACH}, not {name}.")
         if name in system.walls and callable(system.walls[name].restitution):
             raise NotCoveredError(f"{_REACH}, not the law of restitution of {name}.")
-        if data.of == "a" and part.is_white and not part.of_ground:
+        if data.of == "a" and part.noise == "white" and not part.of_ground:
             raise NotCoveredError(
                 f"the acceleration under {name} on the mass has no finite variance, so it has no samples."
             )
     if any(row[0] != 1.0 for row in system.coordinates.elongations.values()):
         raise NotCoveredError(f"{_REACH}, each between the ground and the mass in this order.")
-    if not any(part.is_white for part in system.parts):
+    if not any(noise.is_white for noise in system.excitations.values()):
         raise NotCoveredError("a system without noise does not move: add a WhiteNoise.")

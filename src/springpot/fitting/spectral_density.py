@@ -78,7 +78,7 @@ def response(system: System, of: str, *, at: str | None = None, sampled: bool = 
     if of == "a" and len({part.of_ground for part, _ in noises}) > 1:
         raise NotCoveredError("an acceleration with forces on the mass and of the ground together is not covered.")
     rough = [
-        name for name, part in system.named()
+        name for name, part in system.excitations.items()
         if part.is_white and not part.of_ground
         and product_of(seen_by, coordinates.accelerations(coordinates.forces[name]))
     ]  # fmt: skip

@@ -358,6 +358,11 @@ def finite_number(
     return number
 
 
+def positive_number(value: object, name: str, hint: str = "") -> float:
+    """That of `finite_number` above 0, as most numbers of a problem are."""
+    return finite_number(value, name, low=0.0, high=LARGEST, open_low=True, hint=hint)
+
+
 def without_axis(value: Any) -> Any:
     """The number in an array that has no axis, such as a quantile of a run; anything else as it is.
 

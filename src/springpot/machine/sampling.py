@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import positive_number
 from springpot.machine.arrays import Floats
 
 _MOST_DIGITS = 15  # that a number of a file can have
@@ -38,7 +38,7 @@ def checked_rate(rate: float | None) -> float | None:
     if rate is None:
         return None
     hint = "It is in samples per second."
-    return finite_number(rate, "rate", low=0.0, high=LARGEST, open_low=True, hint=hint)
+    return positive_number(rate, "rate", hint)
 
 
 def are_even(time: Floats) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
+from springpot.machine.arguments import numbers_in_array, positive_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 
@@ -93,7 +93,7 @@ def band_rms(
     """
     if isinstance(fraction, bool) or not isinstance(fraction, int) or not 1 <= fraction <= 96:
         raise ValueError(f"fraction must be a whole number of bands in an octave, from 1 to 96, not {shown(fraction)}.")
-    ends = [None if end is None else finite_number(end, name, low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")
+    ends = [None if end is None else positive_number(end, name, "It is in Hz.")
             for end, name in ((low, "low"), (high, "high"))]  # fmt: skip
     if callable(getattr(source, "spectrum", None)) and not hasattr(source, "values"):
         if None in ends:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import finite_number, positive_number
 
 HOUR = 3600.0  # seconds
 
@@ -52,7 +52,7 @@ class Basquin:
         exponent = finite_number(self.exponent, "exponent", low=1.0, high=50.0, hint="Of metals it is 3 to 15.")
         object.__setattr__(self, "exponent", exponent)
         for name in ("strength", "cycles", "stress"):
-            number = finite_number(getattr(self, name), name, low=0.0, high=LARGEST, open_low=True)
+            number = positive_number(getattr(self, name), name)
             object.__setattr__(self, name, number)
 
     def cycles_at(self, amplitude: float) -> float:

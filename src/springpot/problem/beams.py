@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import finite_number, positive_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import meant, shown
 from springpot.problem.modes import check_points
@@ -73,7 +73,7 @@ def beam(
     ('mode_1', 'mode_2', 'mode_3', 'tip', 'middle')
     """
     length, stiffness, whole = (
-        finite_number(value, name, low=0.0, high=LARGEST, open_low=True)
+        positive_number(value, name)
         for name, value in (("length", length), ("bending_stiffness", bending_stiffness), ("mass", mass))
     )
     if not isinstance(kind, str) or kind not in get_args(BeamKind):

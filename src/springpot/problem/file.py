@@ -23,16 +23,14 @@ from springpot.problem.parts import RecordedExcitation, SpectralExcitation, Whit
 from springpot.problem.parts.checks import Checked, fields_of, plain
 from springpot.problem.parts.envelopes import Envelope
 from springpot.problem.parts.records import Interpolation, Taken
-from springpot.problem.parts.registration import Ends, kind_of
+from springpot.problem.parts.registration import Ends, Form, kind_of
 from springpot.problem.parts.walls import Restitution
 from springpot.problem.spectral_density import DensityUnit, FrequencyUnit, Sides
 from springpot.problem.system import KINDS, System, checked_system, usual_names
 from springpot.problem.uncertain import uncertain
 
 _KINDS = {name: kind for name, kind in KINDS.items() if "function" not in kind.numbers}  # it has no place in a file
-_FAMILIES: tuple[tuple[type, str, Mapping[str, type[Checked]]], ...] = (
-    (Restitution, "law", Restitution.laws), (Envelope, "form", Envelope.forms),
-)  # fmt: skip
+_FAMILIES: tuple[type[Form], ...] = (Restitution, Envelope)
 """Families of laws, the key that tells one from another in a file, and all of each by name."""
 _A_NUMBER = {"$ref": "#/$defs/number"}
 _NUMBER = {
@@ -300,9 +298,10 @@ def _read(hint: Any, value: Any, where: str) -> Any:
         return value
     if _is_a(hint, Checked) and _MARKED.keys().isdisjoint(value):
         return _build(hint, value, where)
-    for family, key, known in _FAMILIES:
+    for family in _FAMILIES:
         if any(_is_a(one, family) for one in get_args(hint)) and _MARKED.keys().isdisjoint(value):
-            named, numbers = value.get(key), {name: number for name, number in value.items() if name != key}
+            key, known, numbers = family.key, family.known, dict(value)
+            named = numbers.pop(key, None)
             if not isinstance(named, str) or named not in known:
                 raise ValueError(f"{where}.{key} must be one of {listed([*known], 'or')}, not {shown(named)}.")
             return _build(known[named], numbers, where)
@@ -430,9 +429,9 @@ def _schema_of(hint: Any) -> dict[str, Any]:
         return {"type": "string"}
     if hint is int:
         return {"type": "integer", "minimum": 1}
-    for family, _, known in _FAMILIES:
+    for family in _FAMILIES:
         if any(_is_a(one, family) for one in get_args(hint)):
-            return {"anyOf": [*([_A_NUMBER] if float in get_args(hint) else []), *map(_schema, known.values())]}
+            return {"anyOf": [*([_A_NUMBER] if float in get_args(hint) else []), *map(_schema, family.known.values())]}
     if get_origin(hint) is UnionType:
         return {"anyOf": [*map(_schema_of, get_args(hint))]}
     if get_origin(hint) is Literal:

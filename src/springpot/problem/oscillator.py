@@ -13,7 +13,7 @@ from __future__ import annotations
 from inspect import signature
 from typing import TYPE_CHECKING, Literal, Never
 
-from springpot.machine.arguments import LARGEST, finite_number, switch
+from springpot.machine.arguments import LARGEST, finite_number, positive_number, switch
 from springpot.machine.faults import shown
 from springpot.problem.dimensionless import checked_frequency
 from springpot.problem.parts import Barrier, Mass, Spring, Springpot, WhiteNoise
@@ -137,8 +137,8 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
         (157.1, ('mass', 'spring', 'springpot', 'barrier', 'white_noise'))
         """
         check_names("Oscillator.from_device", others, [*signature(cls.from_device).parameters][:-1])
-        mass = finite_number(mass, "mass", low=0.0, high=LARGEST, open_low=True, hint="It is in kg.")
-        stiffness = finite_number(stiffness, "stiffness", low=0.0, high=LARGEST, open_low=True, hint="It is in N/m.")
+        mass = positive_number(mass, "mass", "It is in kg.")
+        stiffness = positive_number(stiffness, "stiffness", "It is in N/m.")
         if not isinstance(springpot, tuple | list) or len(springpot) != 2:
             raise TypeError(
                 f"springpot must be two numbers, (order, k_alpha), not {shown(springpot)}. A dashpot c in N s/m is "

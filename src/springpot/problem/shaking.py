@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.machine.arguments import LARGEST, check_plain, finite_array, finite_number, one_of
+from springpot.machine.arguments import check_plain, finite_array, finite_number, one_of, positive_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.machine.sampling import even_times
@@ -68,12 +68,9 @@ def sweep(
     given = {"amplitude": amplitude, "low": low, "high": high, "duration": duration}
     for name, value in (given | {"octaves_per_minute": octaves_per_minute}).items():
         check_plain(value, name, "mark the scale of the record instead")
-    size = finite_number(amplitude, "amplitude", low=0.0, high=LARGEST, open_low=True)
+    size = positive_number(amplitude, "amplitude")
     one_of(unit, "unit", get_args(RmsUnit))
-    ends = [
-        finite_number(each, name, low=0.0, high=LARGEST, open_low=True, hint="It is a frequency in Hz.")
-        for each, name in ((low, "low"), (high, "high"))
-    ]
+    ends = [positive_number(each, name, "It is a frequency in Hz.") for each, name in ((low, "low"), (high, "high"))]
     if (octaves_per_minute is None) == (duration is None) or (linear and duration is None):
         more = " for a linear sweep" if linear else " or octaves_per_minute, and not both"
         raise ValueError(f"duration must be given{more}.")
@@ -81,10 +78,10 @@ def sweep(
     if octaves == 0.0:
         raise ValueError(f"high must not be the frequency from which the sweep begins, {ends[0]:g} Hz.")
     if octaves_per_minute is not None:
-        rate = finite_number(octaves_per_minute, "octaves_per_minute", low=0.0, high=LARGEST, open_low=True)
+        rate = positive_number(octaves_per_minute, "octaves_per_minute")
         length = 60.0 * abs(octaves) / rate
     else:
-        length = finite_number(duration, "duration", low=0.0, high=LARGEST, open_low=True, hint="It is in s.")
+        length = positive_number(duration, "duration", "It is in s.")
     points = math.ceil(_IN_A_CYCLE * max(ends) * length) + 1
     _check_points(points, "duration", "a lower frequency or a faster sweep")
     t = np.linspace(0.0, length, points)
@@ -230,7 +227,7 @@ def noise_records(
     """
     if not isinstance(noise, SpectralExcitation) or noise.envelope is not None:
         raise TypeError(f"noise must be a SpectralExcitation without an envelope, not {shown(noise)}.")
-    length = finite_number(duration, "duration", low=0.0, high=LARGEST, open_low=True, hint="It is in s.")
+    length = positive_number(duration, "duration", "It is in s.")
     for name, value, least in (("count", count, 1), ("seed", seed, 0)):
         if isinstance(value, bool) or not isinstance(value, int) or value < least:
             raise ValueError(f"{name} must be a whole number, {least} or more, not {shown(value)}.")
@@ -245,7 +242,7 @@ def noise_records(
     frequency = np.fft.rfftfreq(4 * points, step)
     values = _gaussian(rng, np.array([noise.one_sided(f) for f in frequency.tolist()]), step, count)[:, :points]
     if correlation_time is not None:
-        tau = finite_number(correlation_time, "correlation_time", low=0.0, high=LARGEST, open_low=True)
+        tau = positive_number(correlation_time, "correlation_time")
         if tau < 4.0 * step:
             raise ValueError(f"correlation_time must be at least {4.0 * step:.3g} s, four steps of the records.")
         w = 2.0 * math.pi * frequency

@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from typing import Literal, get_args
 
 from springpot.files.units import FREQUENCY_UNITS, STANDARD_GRAVITY
-from springpot.machine.arguments import LARGEST, check_plain, finite_number, one_of
+from springpot.machine.arguments import LARGEST, check_plain, finite_number, one_of, positive_number
 
 __all__ = ["STANDARD_GRAVITY", "intensity_from_psd", "psd_from_intensity"]
 
@@ -37,7 +37,7 @@ def _density_of_one(unit: object, sides: object, mass: object) -> float:
     if unit == "N2/Hz":
         if mass is None:
             raise ValueError("mass must be given with psd_unit='N2/Hz': a density of force is divided by mass^2.")
-        scale = 1.0 / finite_number(mass, "mass", low=0.0, high=LARGEST, open_low=True, hint="It is in kg.")
+        scale = 1.0 / positive_number(mass, "mass", "It is in kg.")
     else:
         scale = STANDARD_GRAVITY if unit == "g2/Hz" else 1.0
     return scale**2 * (0.5 if sides == 1 else 1.0)

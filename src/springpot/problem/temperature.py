@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from springpot.machine.arguments import LARGEST, check_plain, finite_number, numbers_in_array
+from springpot.machine.arguments import LARGEST, check_plain, finite_number, numbers_in_array, positive_number
 from springpot.problem.parts.registration import Part
 from springpot.problem.system import System, checked_system
 
@@ -92,8 +92,8 @@ class Shift:
         """
         for name, value in (("c1", c1), ("c2", c2), ("reference", reference)):
             check_plain(value, name, _MARK_SHIFTED)
-        first = finite_number(c1, "c1", low=0.0, high=LARGEST, open_low=True)
-        second = finite_number(c2, "c2", low=0.0, high=LARGEST, open_low=True, hint="It is in K.")
+        first = positive_number(c1, "c1")
+        second = positive_number(c2, "c2", "It is in K.")
         base = finite_number(reference, "reference", low=_ZERO, high=LARGEST, hint=_CELSIUS)
 
         def decades(celsius: float) -> float:
@@ -127,7 +127,7 @@ class Shift:
         """
         for name, value in (("energy", energy), ("reference", reference)):
             check_plain(value, name, _MARK_SHIFTED)
-        height = finite_number(energy, "energy", low=0.0, high=LARGEST, open_low=True, hint="It is in J/mol.")
+        height = positive_number(energy, "energy", "It is in J/mol.")
         base = finite_number(reference, "reference", low=_ZERO, high=LARGEST, open_low=True, hint=_CELSIUS)
         slope = height / (_GAS * math.log(10.0))
         return cls(

@@ -18,4 +18,4 @@ from springpot.problem.parts.springs import *  # noqa: F403
 from springpot.problem.parts.walls import *  # noqa: F403
 from springpot.problem.parts.walls import Restitution
 
-__all__ = sorted(kind.__name__ for kind in (*Part.kinds.values(), *Restitution.laws.values(), *Envelope.forms.values()))
+__all__ = sorted(kind.__name__ for each in (Part.kinds, Restitution.known, Envelope.known) for kind in each.values())

@@ -226,10 +226,6 @@ class ResonantCircuit(Circuit):
         w, stiffened = self.frequency, stiffness + self.coupling**2 / self.capacitance * share
         return [w, self.rate, w * w / self.rate, math.sqrt(stiffened), math.sqrt(stiffened + w * w)]
 
-    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
-        """Im k(i w) / w."""
-        return self.modulus(1j * frequency).imag / frequency, 0.0
-
     def _closed(self, p: Any) -> Any:
         """theta p over the current that x drives."""
         return 1.0 + self.capacitance * p * (self.resistance + self.inductance * p)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
-from springpot.machine.arguments import LARGEST, check_plain, finite_number
+from springpot.machine.arguments import check_plain, finite_number, positive_number
 from springpot.machine.without_scipy import root_between
 from springpot.problem.parts.registration import Law, Number
 from springpot.problem.parts.walls import Side, Stop
@@ -165,7 +165,7 @@ class Contact(SoftStop):
         """
         check_plain(restitution, "restitution", "mark the dissipation of the contact instead")
         r = finite_number(restitution, "restitution", low=0.0, high=1.0, open_low=True, hint="Elastic is 1.")
-        v = finite_number(speed, "speed", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s.")
+        v = positive_number(speed, "speed", "It is in m/s.")
         if r == 1.0:
             return 0.0
         return root_between(lambda strength: _restitution_of(strength) - r, 0.0, 1.0 / r) / v
@@ -204,7 +204,7 @@ class Contact(SoftStop):
         >>> round(stop.restitution_at(0.01), 5), round(stop.restitution_at(2.0), 5)
         (0.99668, 0.59362)
         """
-        v = finite_number(speed, "speed", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s.")
+        v = positive_number(speed, "speed", "It is in m/s.")
         return _restitution_of(self.dissipation * v)
 
     @property

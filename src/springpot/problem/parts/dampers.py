@@ -54,11 +54,6 @@ class Dashpot(Element):
         """Itself: of order 1."""
         return 1.0, self.coefficient
 
-    @property
-    def fast_springpot(self) -> tuple[float, float]:
-        """Itself: of order 1."""
-        return 1.0, self.coefficient
-
     def slowed(self, factor: float) -> Dashpot:
         """A stronger one."""
         return replace(self, coefficient=self.coefficient * factor)
@@ -203,17 +198,12 @@ class VanDerPol(Element):
 
     said, glyph, powers = "van der pol", "dashpot", ("taken",)
     is_linear, remembers, dissipates, is_thermal, is_odd = False, False, True, False, True
-    has_equivalent, is_placed, feeds = True, True, True
+    has_equivalent, is_placed, feeds, is_rough = True, True, True, True
 
     coefficient: Annotated[
         float, Number("μ", "coefficient", "N s m-3", "positive", "It is mu of mu (x^2 - length^2) v.")
     ]
     length: Annotated[float, Number("l", "length", "m", "positive", "It is where the damping changes sign.")] = 1.0
-
-    @property
-    def is_rough(self) -> bool:
-        """Always."""
-        return True
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """mu (<x^2> - l^2) <v^2>."""
@@ -278,14 +268,9 @@ class Friction(Element):
     """
 
     said, glyph, powers = "friction", "friction", ("taken",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = False, False, True, False, True
+    is_linear, remembers, dissipates, is_thermal, is_odd, is_rough = False, False, True, False, True, True
 
     force: Annotated[float, Number("F", "force", "N", "unsigned", "It is the size of the friction.")]
-
-    @property
-    def is_rough(self) -> bool:
-        """Always."""
-        return True
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """F <abs(v)> of a normal velocity."""

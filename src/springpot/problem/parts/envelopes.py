@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated
 
-from springpot.machine.faults import listed
-from springpot.problem.parts.checks import Checked, as_call, put, tabulated
-from springpot.problem.parts.registration import Number, check, kind_of, stated_numbers
+from springpot.problem.parts.checks import put, tabulated
+from springpot.problem.parts.registration import Form, Number
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -20,33 +19,15 @@ __all__ = ["Envelope", "ExponentialEnvelope", "JenningsHousnerEnvelope", "Tabula
 _OVER = 0.01  # of the largest value: an envelope that never ends is over there
 
 
-class Envelope(Checked):
-    """A function e(t) >= 0 of the time of a run: what it states beside its fields, as a `Part` does.
+class Envelope(Form):
+    """A function e(t) >= 0 of the time of a run, with a ``form`` in files; its `words` have the time t."""
 
-    In a file it is a table of its numbers with a ``form``, its name.
-    """
+    key, called, needed, known = "form", "envelope", ("at", "words", "duration", "largest"), {}
 
-    forms: ClassVar[dict[str, type[Envelope]]] = {}
-    numbers: ClassVar[dict[str, Any]]
-
-    if TYPE_CHECKING:
-        largest: float
-
-    def __init_subclass__(cls) -> None:
-        needed = ("at", "words", "duration")
-        if missing := [name for name in needed if getattr(cls, name) is getattr(Envelope, name)]:
-            raise TypeError(f"{cls.__name__} must state {listed(missing)}, as every envelope does.")
-        cls.numbers = stated_numbers(cls)
-        name = kind_of(cls).removesuffix("_envelope")
-        cls.tag, Envelope.forms[name] = {"form": name}, cls
-        cls.__repr__ = Envelope.__repr__  # type: ignore[method-assign]  # a dataclass keeps one of the class itself
-
-    def __post_init__(self) -> None:
-        check(self)
-
-    def __repr__(self) -> str:
-        """As a call, on one line."""
-        return as_call(self)
+    @property
+    def largest(self) -> float:
+        """Its largest value."""
+        raise NotImplementedError
 
     def at(self, time: npt.ArrayLike) -> Floats:
         """e at times in s."""
@@ -61,10 +42,6 @@ class Envelope(Checked):
     def corners(self) -> tuple[float, ...]:
         """Times in s at which its slope jumps."""
         return ()
-
-    def words(self) -> str:
-        """The formula with its numbers, of the time t."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)
@@ -164,7 +141,7 @@ class ExponentialEnvelope(Envelope):
             raise ValueError(f"fast must be above slow, {self.slow:g} per s, but it is {self.fast:g} per s.")
 
     @property
-    def largest(self) -> float:  # type: ignore[override]
+    def largest(self) -> float:
         """The largest value."""
         return self.peak
 
@@ -229,7 +206,7 @@ class TabulatedEnvelope(Envelope):
         super().__post_init__()
 
     @property
-    def largest(self) -> float:  # type: ignore[override]
+    def largest(self) -> float:
         """The largest value."""
         return max(self.values)
 

@@ -18,6 +18,7 @@ from springpot.machine.arguments import (
     checked_path,
     finite_number,
     items_of,
+    positive_number,
     without_axis,
 )
 from springpot.machine.faults import FileError, known_word, listed, meant, per_cent, shown
@@ -93,6 +94,8 @@ class Excitation(Part, abstract=True):
     envelope = cast(Any, None)  # a field of the noises that can have one
     filter_order: ClassVar[int | None] = None  # states of the filter that white noise drives; None of other excitation
     factor = ""  # what stands before its symbol in the equation
+    is_gaussian = True  # whether linear motion under it is Gaussian
+    is_banded = False  # whether it feeds motions of some frequencies alone
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -117,18 +120,38 @@ class Excitation(Part, abstract=True):
 
     @property
     def has_density(self) -> bool:
-        """Where it is a noise that acts on a point."""
+        """Whether it is stationary noise with a spectral density."""
         return bool(self.noise)
 
     @property
     def is_white(self) -> bool:
-        """Where it has a density, and no filter made it."""
+        """Whether this noise has no finite mean square: no filter made it."""
         return self.has_density and self.noise != "filtered"
+
+    @property
+    def white_intensity(self) -> float:
+        """q of the white noise with its second moments; 0 of noise that is not white."""
+        return 0.0
+
+    @property
+    def impulses(self) -> tuple[float, float]:
+        """How many strike per second, and their mean square; 0 of what is no shot noise."""
+        return 0.0, 0.0
+
+    @property
+    def correlated_for(self) -> float:
+        """The time in which this noise forgets itself, in s."""
+        return 0.0
 
     @property
     def feeds(self) -> bool:
         """Where it is a noise."""
         return bool(self.noise)
+
+    @property
+    def excites(self) -> bool:
+        """Whether it is noise that moves a mass at rest."""
+        return bool(self.noise) and self.sustains
 
     @property
     def records(self) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], ...]:
@@ -137,7 +160,7 @@ class Excitation(Part, abstract=True):
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s of a stationary noise in it; 0 of what has none."""
-        return 0.0
+        return self.white_intensity / (2.0 * math.pi)
 
     @property
     def slow_intensity(self) -> float:
@@ -149,10 +172,11 @@ class Excitation(Part, abstract=True):
         """Whether paths differ by chance under it."""
         return bool(self.noise)
 
-    @property
-    def is_banded(self) -> bool:
-        """Whether it feeds motions of some frequencies alone."""
-        return False
+    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
+        """Of a noise, by its density there; without its envelope it would be stationary."""
+        if self.is_white:
+            return 0.5 * float(self.white_intensity) * self.largest_square
+        return math.pi * self.density(frequency) * self.largest_square
 
     def fed_into_mode(self, frequency: float) -> float:
         """Power that it feeds into a mode of unit modal mass, about."""
@@ -263,14 +287,6 @@ class WhiteNoise(Excitation):
         """q."""
         return self.intensity
 
-    def density(self, w: float) -> float:
-        """Two-sided spectral density per rad/s."""
-        return self.intensity / (2.0 * math.pi)
-
-    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
-        """q / 2, whatever the mass does."""
-        return 0.5 * float(self.intensity) * self.largest_square
-
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
         one_sided = f", one-sided {psd_from_intensity(self.intensity, 'g2/Hz'):.6g} g^2/Hz" if self.of_ground else ""
@@ -330,10 +346,6 @@ class ColoredNoise(Excitation):
         """Of first order."""
         intensity = 2.0 * self.variance / self.correlation_time
         return Filter(((-1.0 / self.correlation_time,),), (1.0,), 0, intensity)
-
-    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
-        """That of white noise with its density at this frequency."""
-        return math.pi * self.density(frequency) * self.largest_square
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
@@ -482,10 +494,6 @@ class KanaiTajimiNoise(GroundNoise):
     intensity: _Before
     on: On = "ground"
 
-    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
-        """That of white noise with its density at this frequency."""
-        return math.pi * self.density(frequency) * self.largest_square
-
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
         ratio, twice = abs(w) / self.frequency, 2.0 * self.damping
@@ -560,10 +568,6 @@ class CloughPenzienNoise(GroundNoise):
     ]
     intensity: _Before
     on: On = "ground"
-
-    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
-        """That of white noise with its density at this frequency."""
-        return math.pi * self.density(frequency) * self.largest_square
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -905,10 +909,10 @@ class SpectralExcitation(Excitation):
         59.47
         """
         f, steep = _positive(frequency, "frequency"), numbers_in(slopes, "slopes", "It is in dB per octave.")
-        density = finite_number(psd, "psd", low=0.0, high=LARGEST, open_low=True, hint=_A_DENSITY)
+        density = positive_number(psd, "psd", _A_DENSITY)
         for name, value in (("slopes", steep), ("at", at)):
             check_plain(value, name, "mark the scale instead")
-        there = finite_number(at, "at", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")
+        there = positive_number(at, "at", "It is in Hz.")
         cls(f, f)  # they increase
         return cls.from_psd(
             f, along_slopes(f, steep, density, there), psd_unit, scale=scale, level=level, on=on
@@ -1098,11 +1102,7 @@ def _in_gravity(acceleration: float) -> str:
 
 def _turned(frequency_hz: float, name: str) -> float:
     """In rad/s."""
-    return (
-        2.0
-        * math.pi
-        * finite_number(frequency_hz, name, low=0.0, high=LARGEST, open_low=True, hint="It is a frequency in Hz.")
-    )
+    return 2.0 * math.pi * positive_number(frequency_hz, name, "It is a frequency in Hz.")
 
 
 def driven(unit: DensityUnit | RmsUnit, on: str, what: str = "a density") -> str:
@@ -1134,7 +1134,7 @@ def _positive(values: object, name: str) -> tuple[float, ...]:
     found = []
     for place, value in enumerate(items_of(values, f"{name} must be a list of numbers")):
         check_plain(value, f"{name}[{place}]", "mark the scale instead")
-        found.append(finite_number(value, f"{name}[{place}]", low=0.0, high=LARGEST, open_low=True, hint=hint))
+        found.append(positive_number(value, f"{name}[{place}]", hint))
     return tuple(found)
 
 
@@ -1249,7 +1249,7 @@ class Force(Excitation):
     said, glyph, powers = "force", "sine", ("work",)
     is_linear, is_thermal, is_odd, is_gaussian = False, False, False, False
     shakes_ground = False
-    is_placed, sustains = True, True  # for all that is known of it
+    is_placed, sustains, has_function = True, True, True  # it has x in it and goes on, for all that is known of it
 
     function: Callable[[float, float, float], float]
     share: Annotated[
@@ -1281,11 +1281,6 @@ class Force(Excitation):
             check_between(name, self.between, points)
         else:
             super().check_ends(name, points)
-
-    @property
-    def has_function(self) -> bool:
-        """It is one."""
-        return True
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
@@ -1342,14 +1337,6 @@ class PoissonImpulses(Excitation):
     def impulses(self) -> tuple[float, float]:
         """Its two numbers."""
         return self.rate, self.mean_square
-
-    def density(self, w: float) -> float:
-        """Two-sided spectral density per rad/s."""
-        return self.intensity / (2.0 * math.pi)
-
-    def fed_into(self, frequency: float, rate: Callable[[], float], square: float) -> float:
-        """q / 2, whatever the mass does."""
-        return 0.5 * float(self.intensity) * self.largest_square
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""

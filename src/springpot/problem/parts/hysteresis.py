@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.problem.parts.checks import put
@@ -14,36 +14,31 @@ from springpot.problem.parts.springpots import Maxwell
 __all__ = ["BoucWen", "Jenkins"]
 
 _MOST = 50.0  # exponent; beyond it is a Jenkins element
-_STIFFNESS = Number("k", "stiffness", "N m-1", "positive", "It is that before anything yields.")
 _FAR = 7.0  # standard deviations beyond which it is no matter how seldom a slider slips
 _HARDLY = 0.01  # of the power of dry friction: a part that takes less of the motion is a spring
-_YIELD_FORCE = Number("F", "yield force", "N", "positive", "It is the largest force that it carries.")
 
 
+@dataclass(frozen=True)
 class Yielding(Element, abstract=True):
     """An element with the force k z, where z follows the elongation u until it yields.
 
     At time 0 it has been brought from u = 0, where it has no force, to its elongation in one stroke.
     """
 
-    if TYPE_CHECKING:
-        stiffness: float
-        yield_force: float
-
     glyph, powers = "slider arm", ("taken",)
     is_linear, remembers, dissipates, is_thermal, is_odd, yields = False, True, True, False, True, True
-    is_seen = True
+    is_seen, is_rough = True, True
     doubt: ClassVar[str]  # of what linearization makes of it
+
+    stiffness: Annotated[float, Number("k", "stiffness", "N m-1", "positive", "It is that before anything yields.")]
+    yield_force: Annotated[
+        float, Number("F", "yield force", "N", "positive", "It is the largest force that it carries.")
+    ]
 
     @property
     def yield_displacement(self) -> float:
         """Elongation at which it would yield if it were a spring until then, in m."""
         return self.yield_force / self.stiffness
-
-    @property
-    def is_rough(self) -> bool:
-        """Always."""
-        return True
 
     @property
     def stiffness_at_once(self) -> float:
@@ -159,9 +154,6 @@ class Jenkins(Yielding):
         "of the stiffness is left, but too small by up to 20 % where a fifth is left, and by 55 % where a twentieth is."
     )
 
-    stiffness: Annotated[float, _STIFFNESS]
-    yield_force: Annotated[float, _YIELD_FORCE]
-
     def nearest_arm(self, speed: float, state: float) -> tuple[Maxwell, float]:
         """The Maxwell element nearest to it in mean square, and the standard deviation of its force.
 
@@ -269,8 +261,6 @@ class BoucWen(Yielding):
         "too small, most where little stiffness is left."
     )
 
-    stiffness: Annotated[float, _STIFFNESS]
-    yield_force: Annotated[float, _YIELD_FORCE]
     exponent: Annotated[float, Number("n", "exponent", "1", "exponent", own=True)] = 1.0
     beta: Annotated[float, Number("β", "beta", "1", "positive", own=True)] = 0.5
 

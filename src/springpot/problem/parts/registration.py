@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from inspect import get_annotations
@@ -282,19 +282,6 @@ LIMITS = {"positive": (0.0, LARGEST), "unsigned": (0.0, LARGEST), "signed": (-LA
            "fraction": (0.0, 1.0), "order": (0.0, 1.0), "exponent": (1.0, 3.0)}  # fmt: skip
 
 
-def check(part: Any) -> None:
-    """Check the numbers of a part or law that is being made.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a number is not one, not finite or out of its range.
-    """
-    for name, number in part.numbers.items():
-        if isinstance(number, Number) and not (number.per or number.own):
-            put(part, **{name: in_range(getattr(part, name), name, number)})
-
-
 def in_range(value: object, name: str, number: Number) -> float:
     """A number that is what it says of itself.
 
@@ -356,7 +343,67 @@ def _own_numbers(kind: type) -> dict[str, Any]:
     return found
 
 
-class Part(Checked):
+class Stated(Checked):
+    """What says of its numbers what they are, and whatever else its family needs, when its class is made.
+
+    Attributes
+    ----------
+    numbers : dict
+        What its fields are, by `stated_numbers`.
+    """
+
+    numbers: ClassVar[dict[str, Any]]
+
+    @classmethod
+    def _state(cls, family: type[Stated], needed: Iterable[str], called: str) -> None:
+        """Check that all that its family needs is in the class, and keep what it says of its numbers."""
+        if missing := [name for name in needed if getattr(cls, name, None) is getattr(family, name, None)]:
+            raise TypeError(f"{cls.__name__} must state {listed(missing)}, as every {called} does.")
+        cls.numbers = stated_numbers(cls)
+        cls.__repr__ = Stated.__repr__  # type: ignore[method-assign]  # a dataclass does not replace one of the class itself
+
+    def __post_init__(self) -> None:
+        for name, number in self.numbers.items():
+            if isinstance(number, Number) and not (number.per or number.own):
+                put(self, **{name: in_range(getattr(self, name), name, number)})
+
+    def __repr__(self) -> str:
+        """As a call on one line; what is said only where there are several masses stands there where it is given."""
+        return as_call(self)
+
+
+class Form(Stated):
+    """A function with numbers, one of a family: in a file it is a table of its numbers with a word for its kind.
+
+    Attributes
+    ----------
+    known : dict
+        The kinds of the family, by that word.
+    key : str
+        What the word is called in files.
+    called : str
+        What each of them is.
+    needed : tuple of str
+        What each of them must state.
+    """
+
+    known: ClassVar[dict[str, type[Any]]]
+    key: ClassVar[str]
+    called: ClassVar[str]
+    needed: ClassVar[tuple[str, ...]]
+
+    def __init_subclass__(cls) -> None:
+        if (family := cls.__bases__[0]) is not Form:
+            cls._state(family, cls.needed, cls.called)
+            word = kind_of(cls).removesuffix(f"_{kind_of(family)}")
+            cls.tag, cls.known[word] = {cls.key: word}, cls
+
+    def words(self) -> str:
+        """The formula with its numbers."""
+        raise NotImplementedError
+
+
+class Part(Stated):
     """What every kind of part states beside its fields.
 
     Each entry that is not given here must be in the class, as a constant or a property; each field that holds numbers
@@ -364,8 +411,6 @@ class Part(Checked):
 
     Attributes
     ----------
-    numbers : dict
-        What its fields are, by `stated_numbers`.
     said : str
         Its words on the page.
     glyph : str
@@ -387,7 +432,6 @@ class Part(Checked):
 
     kinds: ClassVar[dict[str, type[Part]]] = {}
     instead: ClassVar[dict[str, Instead]] = {}  # other words for a number, on the axes of studies
-    numbers: ClassVar[dict[str, Any]]
     said: ClassVar[str]
     glyph: ClassVar[str]
     powers: ClassVar[tuple[Power, ...]]
@@ -395,6 +439,9 @@ class Part(Checked):
     has_ends: ClassVar[bool] = False  # whether it acts between two points
     noise: ClassVar[Noise] = ""  # in its force
     of_load: ClassVar[Literal["", "voltage", "current"]] = ""
+    is_placed: ClassVar[bool] = False  # whether its own law has x in it, beside a spring's: elsewhere it is another one
+    has_modulus: ClassVar[bool] = False  # whether its force follows from its modulus alone: a springpot, arm or circuit
+    yields: ClassVar[bool] = False  # whether it is a spring until it yields
 
     @property
     def is_linear(self) -> bool:
@@ -425,22 +472,11 @@ class Part(Checked):
         if abstract:
             return
         powers = getattr(cls, "powers", ())
-        needed = (*_ENTRIES, *cls.beside, *(name for power, name in _OF_A_POWER.items() if power in powers))
-        missing = [name for name in needed if getattr(cls, name, None) is getattr(Part, name, None)]
-        if missing:
-            raise TypeError(f"{cls.__name__} must state {listed(missing)}, as every part does.")
+        of_powers = (name for power, name in _OF_A_POWER.items() if power in powers)
+        cls._state(Part, (*_ENTRIES, *cls.beside, *of_powers), "part")
         if wrong := {*powers} - {*get_args(Power)}:
             raise TypeError(f"{cls.__name__}.powers must be of {listed(get_args(Power))}, not {listed(sorted(wrong))}.")
-        cls.numbers = stated_numbers(cls)
-        cls.__repr__ = Part.__repr__  # type: ignore[method-assign]  # a dataclass does not replace one of the class itself
         Part.kinds[kind_of(cls)] = cls
-
-    def __post_init__(self) -> None:
-        check(self)
-
-    def __repr__(self) -> str:
-        """As a call on one line; what is said only where there are several masses stands there where it is given."""
-        return as_call(self)
 
     # what a part may have beside; a part that does not say so has none of it
 
@@ -486,11 +522,6 @@ class Part(Checked):
 
         return polynomial.polyval(elongation, polynomial.polyint([0.0, 0.0, *self.force_coefficients()[2:]]))
 
-    @property
-    def is_placed(self) -> bool:
-        """Whether its own law has x in it, beside a spring's: seen from another place it is another law."""
-        return False
-
     def seen_from(self, origin: float) -> Self:
         """The same part where x is measured from another place."""
         return self
@@ -516,11 +547,6 @@ class Part(Checked):
         return self.linear_damping
 
     @property
-    def has_modulus(self) -> bool:
-        """Whether its force follows from its modulus alone: of a springpot, an arm or a circuit."""
-        return False
-
-    @property
     def relaxation(self) -> tuple[float, float]:
         """Weight k and rate r of its modulus where that is k p / (p + r), as of a Maxwell element; 0 of others."""
         return 0.0, 0.0
@@ -533,11 +559,6 @@ class Part(Checked):
     def soft_stop(self) -> Any:
         """The contact with its conservative force."""
         return None
-
-    @property
-    def yields(self) -> bool:
-        """Whether it is a spring until it yields."""
-        return False
 
     # what it does to cycles of the motion, and to a motion of which the law is known
 
@@ -558,43 +579,6 @@ class Part(Checked):
     def power_beside(self, cycles: Cycles) -> Any:
         """The mean power of this force over cycles."""
         return 0.0
-
-    # what an excitation is
-
-    @property
-    def has_density(self) -> bool:
-        """Whether it is stationary noise with a spectral density."""
-        return False
-
-    @property
-    def is_white(self) -> bool:
-        """Whether this noise has no finite mean square."""
-        return False
-
-    @property
-    def white_intensity(self) -> float:
-        """q of the white noise with its second moments; 0 of noise that is not white."""
-        return 0.0
-
-    @property
-    def impulses(self) -> tuple[float, float]:
-        """How many strike per second, and their mean square; 0 of what is no shot noise."""
-        return 0.0, 0.0
-
-    @property
-    def correlated_for(self) -> float:
-        """The time in which this noise forgets itself, in s."""
-        return 0.0
-
-    @property
-    def excites(self) -> bool:
-        """Whether it is noise that moves a mass at rest."""
-        return bool(self.noise) and self.sustains
-
-    @property
-    def is_gaussian(self) -> bool:
-        """Whether linear motion under it is Gaussian."""
-        return True
 
     # what it does to a motion of which the size and the frequency are known, roughly: for guesses of scales
 
@@ -625,8 +609,8 @@ class Part(Checked):
 
     @property
     def fast_springpot(self) -> tuple[float, float]:
-        """The same of the springpot or dashpot that it is for fast motion."""
-        return 0.0, 0.0
+        """The same of the springpot or dashpot that it is for fast motion too, without a spring in series."""
+        return (0.0, 0.0) if self.stiffness_at_once else self.slow_springpot
 
     @property
     def creeps(self) -> bool:
@@ -653,7 +637,7 @@ class Part(Checked):
 
     def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
         """What it takes of a motion of unit mass at a frequency: a rate, times the temperature, and a power beside."""
-        return 0.0, 0.0
+        return (self.modulus(1j * frequency).imag / frequency if self.has_modulus else 0.0), 0.0
 
     def fed_beside(self, law: Law) -> float:
         """What a damper feeds in, beside what it takes: the net power says nothing of how fast a motion changes."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
-from springpot.machine.arguments import LARGEST, Free, check_plain, finite_number
+from springpot.machine.arguments import Free, check_plain, finite_number, positive_number
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import signed
 from springpot.problem.parts.registration import Element, Law, Number, Part, Slopes
@@ -98,9 +98,9 @@ class Springpot(Element):
         given = {"loss_factor": loss_factor, "stiffness": stiffness, "frequency_hz": frequency_hz}
         for name in [name for name, value in given.items() if isinstance(value, Free)][1:]:
             check_plain(given[name], name, "only one of the three may be marked")
-        loss = finite_number(loss_factor, "loss_factor", low=0.0, high=LARGEST, open_low=True)
-        whole = finite_number(stiffness, "stiffness", low=0.0, high=LARGEST, open_low=True, hint="It is in N/m.")
-        hertz = finite_number(frequency_hz, "frequency_hz", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")
+        loss = positive_number(loss_factor, "loss_factor")
+        whole = positive_number(stiffness, "stiffness", "It is in N/m.")
+        hertz = positive_number(frequency_hz, "frequency_hz", "It is in Hz.")
         least = 2.0 / math.pi * math.atan(loss)
         hint = f"Below {least:.3g} a springpot of loss factor {loss:g} is stiffer than stiffness."
         own = finite_number(order, "order", low=least, high=1.0, hint=hint)
@@ -138,11 +138,6 @@ class Springpot(Element):
         return self.order, self.coefficient
 
     @property
-    def fast_springpot(self) -> tuple[float, float]:
-        """Itself."""
-        return self.order, self.coefficient
-
-    @property
     def creeps(self) -> bool:
         """Where it has a memory."""
         return self.remembers
@@ -151,10 +146,6 @@ class Springpot(Element):
         """C times the power of the factor."""
         check_plain(self.order, "order", "C a^order cannot follow it, mark numbers of the shifted parts instead")
         return replace(self, coefficient=self.coefficient * factor**self.order)
-
-    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
-        """Im K(i w) / w."""
-        return self.modulus(1j * frequency).imag / frequency, 0.0
 
     def fastest_rate(self, law: Law) -> float:
         """C^(1 / (2 - alpha))."""
@@ -245,14 +236,10 @@ class FractionalMaxwell(Element):
         if not self.spring.stiffness > 0.0:
             raise ValueError(f"spring must have a positive stiffness in a series, not {self.spring.stiffness:g}.")
         for name, part in (("springpot", self.springpot), ("spring", self.spring)):
-            if part.between is not None:
-                raise ValueError(
-                    f"{name} must be without between in a series: FractionalMaxwell(..., between=...) has it."
-                )
-            if part.count > 1:
-                raise ValueError(f"{name} must be without count in a series: FractionalMaxwell(..., count=...) has it.")
-            if part.group:
-                raise ValueError(f"{name} must be without group in a series: FractionalMaxwell(..., group=...) has it.")
+            for own in ("between", "count", "group"):
+                if getattr(part, own) != getattr(Element, own):
+                    whole = f"FractionalMaxwell(..., {own}=...)"
+                    raise ValueError(f"{name} must be without {own} in a series: {whole} has it.")
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -288,10 +275,6 @@ class FractionalMaxwell(Element):
     def slowed(self, factor: float) -> FractionalMaxwell:
         """With a slower springpot."""
         return replace(self, springpot=self.springpot.slowed(factor))
-
-    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
-        """Im K(i w) / w."""
-        return self.modulus(1j * frequency).imag / frequency, 0.0
 
     def modulus(self, p: Any) -> Any:
         """Force per displacement at the Laplace variable p."""
@@ -380,10 +363,6 @@ class Maxwell(Element):
     def slowed(self, factor: float) -> Maxwell:
         """With a stronger dashpot."""
         return replace(self, coefficient=self.coefficient * factor)
-
-    def taken_from(self, law: Law, frequency: float) -> tuple[float, float]:
-        """Im K(i w) / w."""
-        return self.modulus(1j * frequency).imag / frequency, 0.0
 
     def modulus(self, p: Any) -> Any:
         """Force per displacement at the Laplace variable p."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
 
 from springpot.machine.arguments import finite_number
-from springpot.machine.faults import listed, shown
-from springpot.problem.parts.checks import Checked, put
-from springpot.problem.parts.registration import Element, Law, Number, check, kind_of, stated_numbers
+from springpot.machine.faults import shown
+from springpot.problem.parts.checks import put
+from springpot.problem.parts.registration import Element, Form, Law, Number
 
 if TYPE_CHECKING:
     from springpot.machine.arrays import Floats
@@ -27,29 +27,15 @@ RestitutionLaw = Callable[[float], float]
 """A function of the speed before an impact, in m/s, that Numba can compile."""
 
 
-class Restitution(Checked):
-    """A law of restitution with numbers: what it states beside its fields, as a `Part` does.
+class Restitution(Form):
+    """A law of restitution with numbers, with a ``law`` in files; its `words` have the speed v."""
 
-    In a file it is a table of its numbers with a ``law``, its name.
-    """
-
-    laws: ClassVar[dict[str, type[Restitution]]] = {}
-    numbers: ClassVar[dict[str, Any]]
-
-    def __init_subclass__(cls) -> None:
-        if missing := [name for name in ("formula", "words") if getattr(cls, name) is getattr(Restitution, name)]:
-            raise TypeError(f"{cls.__name__} must state {listed(missing)}, as every law of restitution does.")
-        cls.numbers = stated_numbers(cls)
-        name = kind_of(cls).removesuffix("_restitution")
-        cls.tag, Restitution.laws[name] = {"law": name}, cls
+    key, called, needed, known = "law", "law of restitution", ("formula", "words"), {}
 
     @staticmethod
     def formula(speed: float, *numbers: float) -> float:
         """r at a speed in m/s, of the fields in their order: a function that Numba can compile."""
         raise NotImplementedError
-
-    def __post_init__(self) -> None:
-        check(self)
 
     def __call__(self, speed: float) -> float:
         """r at a speed in m/s."""
@@ -59,10 +45,6 @@ class Restitution(Checked):
     def values(self) -> tuple[float, ...]:
         """Its numbers, in the order of its fields."""
         return tuple(getattr(self, name) for name in self.numbers)
-
-    def words(self) -> str:
-        """The formula with its numbers, of the speed v."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

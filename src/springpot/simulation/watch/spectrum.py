@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.arguments import LARGEST, finite_number, items_of
+from springpot.machine.arguments import items_of, positive_number
 from springpot.machine.arrays import Columns, Floats
 from springpot.problem.catalogue import unit_of_result
 from springpot.simulation.kernel.callbacks import callback
@@ -152,7 +152,7 @@ def _checked(frequencies: npt.ArrayLike, settings: Settings, fastest: float, spe
         If they are not positive numbers, too many, too high for the step or too low for the window.
     """
     given = [
-        finite_number(w, "spectrum frequency", low=0.0, high=LARGEST, open_low=True)
+        positive_number(w, "spectrum frequency")
         for w in items_of(frequencies, "spectrum must be a sequence of frequencies in rad/s")
     ]
     if not given:
