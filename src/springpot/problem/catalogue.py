@@ -242,13 +242,36 @@ _OF_SEVERAL = {
     "<point>": ", of each of several masses", "<pair>": ", of each two of them with a part between them",
     "<part>": ", of each wall, with several masses",
 }  # fmt: skip
+_MOMENTS = (
+    ("x_mean", "m", "mean displacement", r"\langle x\rangle"),
+    ("x_mean_square", "m2", "mean square displacement", r"\langle x^2\rangle"),
+    ("v_mean_square", "m2 s-2", "mean square velocity", r"\langle v^2\rangle"),
+)
 
 
-def _distribution(
-    name: str, unit: str, said: str, when: str, where: Callable[[System], bool]
-) -> tuple[Quantity, Quantity]:
+def _moments(of_each: str = "") -> Iterator[Quantity]:
+    """Of the displacement and the velocity, of one mass or of each."""
+    words = " of the mass" if of_each else ""
+    for name, unit, said, formula in _MOMENTS:
+        own = re.sub("[xv]", r"\g<0>_i", formula) if of_each else formula
+        yield Quantity(f"{of_each}{name}", unit, said + words, own, **(_SEVERAL if of_each else _SINGLE))
+
+
+def _moments_at_end(of_each: str = "") -> Iterator[Quantity]:
+    for entry in _moments(of_each):
+        words, given = f"{entry.meaning} at the end of the run", _END_OF_SEVERAL if of_each else _END
+        yield Quantity(f"{entry.name}_end", entry.unit, words, **given)
+
+
+def _asked_of(name: str, option: str, more: str = "") -> dict[str, Any]:
+    """When there is a result that is asked for: of one mass, or of each of several masses, pairs or walls."""
+    several = _OF_SEVERAL.get(name.partition("_")[0], "")
+    return {"where": _is_several if several else _is_single, **_on_request(option, more + several)}
+
+
+def _distribution(name: str, unit: str, said: str) -> tuple[Quantity, Quantity]:
     """Its density and its quantiles."""
-    given = {"where": where, "of": _owner(name), **_on_request("distributions", when)}
+    given = {"of": _owner(name), **_asked_of(name, "distributions")}
     return (
         Quantity(f"{name}_density", unit_times("1", unit, -1), f"probability density of {said} in the window",
                  dimensions=(f"{name}_bin",), **given),
@@ -256,11 +279,19 @@ def _distribution(
     )  # fmt: skip
 
 
-def _extreme(name: str, unit: str, said: str, when: str, where: Callable[[System], bool]) -> Quantity:
+def _extreme(name: str, unit: str, said: str) -> Quantity:
     paths = "paths with an impact" if "impact" in name else "paths"
     return Quantity(
         f"{name}_quantile", unit, f"quantiles over the {paths} of {said} in the window",
-        where=where, dimensions=("probability",), of=_owner(name), **_on_request("distributions", when),
+        dimensions=("probability",), of=_owner(name), **_asked_of(name, "distributions"),
+    )  # fmt: skip
+
+
+def _profile(of: str, unit: str, said: str, where: Callable[[System], bool] | None = None) -> Quantity:
+    given = _asked_of(of, "profile", " with `slowest_counted_impact=`" * ("counted" in of))
+    return Quantity(
+        f"{of}_profile", unit, f"{said} in each bin of time", dimensions=("time_bin",),
+        of=_with("stop") if "impact" in of else _always, **given | ({"where": where} if where else {}),
     )  # fmt: skip
 
 
@@ -334,16 +365,10 @@ OF_A_LEVEL = {
 }
 """The single numbers of each level that is passed: unit, meaning, and the endings of value, error and interval."""
 CATALOGUE = (
-    Quantity("x_mean", "m", "mean displacement", r"\langle x\rangle", **_SINGLE),
-    Quantity("x_mean_square", "m2", "mean square displacement", r"\langle x^2\rangle", **_SINGLE),
-    Quantity("v_mean_square", "m2 s-2", "mean square velocity", r"\langle v^2\rangle", **_SINGLE),
+    *_moments(),
     Quantity("amplitude_mean_square", "m2", "mean square of the amplitude of the linear springs' motion",
              r"\langle x^2\rangle + \langle v^2\rangle / \Omega^2", **_SPRINGS, where=_is_single),
-    Quantity("<point>_x_mean", "m", "mean displacement of the mass", r"\langle x_i\rangle", **_SEVERAL),
-    Quantity("<point>_x_mean_square", "m2", "mean square displacement of the mass", r"\langle x_i^2\rangle",
-             **_SEVERAL),
-    Quantity("<point>_v_mean_square", "m2 s-2", "mean square velocity of the mass", r"\langle v_i^2\rangle",
-             **_SEVERAL),
+    *_moments(_AT),
     Quantity("<pair>_elongation_mean", "m", "mean of the second mass's displacement less that of the first",
              r"\langle x_j - x_i\rangle", **_PAIR),
     Quantity("<pair>_elongation_mean_square", "m2", "mean square of the difference of their displacements",
@@ -382,14 +407,8 @@ CATALOGUE = (
              **_STOP),
     Quantity("<part>_impact_speed_mean_square", "m2 s-2", "mean square speed before an impact on it",
              r"\langle (v^-)^2\rangle", "of each wall, with several masses", _with("stop"), _is_several),
-    Quantity("x_mean_end", "m", "mean displacement at the end of the run", **_END),
-    Quantity("x_mean_square_end", "m2", "mean square displacement at the end of the run", **_END),
-    Quantity("v_mean_square_end", "m2 s-2", "mean square velocity at the end of the run", **_END),
-    Quantity("<point>_x_mean_end", "m", "mean displacement of the mass at the end of the run", **_END_OF_SEVERAL),
-    Quantity("<point>_x_mean_square_end", "m2", "mean square displacement of the mass at the end of the run",
-             **_END_OF_SEVERAL),
-    Quantity("<point>_v_mean_square_end", "m2 s-2", "mean square velocity of the mass at the end of the run",
-             **_END_OF_SEVERAL),
+    *_moments_at_end(),
+    *_moments_at_end(_AT),
     Quantity("amplitude_mean_square_end", "m2", "mean square amplitude at the end of the run", **_END | _SPRINGS),
     *(Quantity(f"{of}counted_{name}", unit, f"{said} of impacts that are not slower than a speed",
                of=_with("stop"), dimensions=("barrier",) * bool(when), **_on_request("slowest_counted_impact", when))
@@ -397,27 +416,22 @@ CATALOGUE = (
                                ("impact_speed_mean_square", "m2 s-2", "mean square speed"))
       for of, when in (("", ""), (_OF, ", of each wall and contact"))),
     *(entry
-      for name, unit, said in (("x", "m", "the displacement"), ("v", "m s-1", "the velocity"),
-                               ("amplitude", "m", "the amplitude"),
-                               ("impact_speed", "m s-1", "the speed before an impact"))
-      for entry in _distribution(name, unit, said, "", _is_single)),
-    *(entry
-      for name, unit, said in ((f"{_AT}x", "m", "the displacement of the mass"), (f"{_AT}v", "m s-1", "its velocity"),
-                               (f"{_PAIRS}elongation", "m", "the difference of their displacements"),
-                               (f"{_OF}impact_speed", "m s-1", "the speed before an impact on it"))
-      for entry in _distribution(name, unit, said, _OF_SEVERAL[name.partition("_")[0]], _is_several)),
-    *(_extreme(name, unit, said, "", _is_single)
-      for name, unit, said in (("x_minimum", "m", "the smallest displacement"),
-                               ("x_maximum", "m", "the largest displacement"),
-                               ("v_largest", "m s-1", "the largest speed"),
-                               ("impact_speed_largest", "m s-1", "the largest speed before an impact"))),
-    *(_extreme(name, unit, said, _OF_SEVERAL[name.partition("_")[0]], _is_several)
-      for name, unit, said in ((f"{_AT}x_minimum", "m", "the smallest displacement of the mass"),
-                               (f"{_AT}x_maximum", "m", "the largest displacement of the mass"),
-                               (f"{_AT}v_largest", "m s-1", "its largest speed"),
-                               (f"{_PAIRS}elongation_minimum", "m", "the smallest difference of their displacements"),
-                               (f"{_PAIRS}elongation_maximum", "m", "the largest difference of their displacements"),
-                               (f"{_OF}impact_speed_largest", "m s-1", "the largest speed before an impact on it"))),
+      for each in (("x", "m", "the displacement"), ("v", "m s-1", "the velocity"), ("amplitude", "m", "the amplitude"),
+                   ("impact_speed", "m s-1", "the speed before an impact"),
+                   (f"{_AT}x", "m", "the displacement of the mass"), (f"{_AT}v", "m s-1", "its velocity"),
+                   (f"{_PAIRS}elongation", "m", "the difference of their displacements"),
+                   (f"{_OF}impact_speed", "m s-1", "the speed before an impact on it"))
+      for entry in _distribution(*each)),
+    _extreme("x_minimum", "m", "the smallest displacement"),
+    _extreme("x_maximum", "m", "the largest displacement"),
+    _extreme("v_largest", "m s-1", "the largest speed"),
+    _extreme("impact_speed_largest", "m s-1", "the largest speed before an impact"),
+    _extreme(f"{_AT}x_minimum", "m", "the smallest displacement of the mass"),
+    _extreme(f"{_AT}x_maximum", "m", "the largest displacement of the mass"),
+    _extreme(f"{_AT}v_largest", "m s-1", "its largest speed"),
+    _extreme(f"{_PAIRS}elongation_minimum", "m", "the smallest difference of their displacements"),
+    _extreme(f"{_PAIRS}elongation_maximum", "m", "the largest difference of their displacements"),
+    _extreme(f"{_OF}impact_speed_largest", "m s-1", "the largest speed before an impact on it"),
     *(entry for each in _OUTPUTS for entry in _of_output(*each)),
     Quantity("<quantity>_cycle_rate", "s-1", "rainflow cycles per unit time of the displacement, force or acceleration",
              **_on_request("rainflow")),
@@ -445,40 +459,28 @@ CATALOGUE = (
            ("probability",)))),
     Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
              of=lambda part: False, controlled=False),
-    *(Quantity(f"{of}_spectrum", "m2 s rad-1", f"two-sided spectral density of {said}", formula, where=where,
-               dimensions=("frequency",), **_on_request("spectrum", when))
-      for of, said, formula, when, where in (
-          ("x", "x", r"S_x(\omega)", "", _is_single),
-          (f"{_AT}x", "the displacement of the mass", r"S_{x_i}(\omega)", _OF_SEVERAL["<point>"], _is_several),
-          (f"{_PAIRS}elongation", "the difference of their displacements", "", _OF_SEVERAL["<pair>"], _is_several))),
-    *(Quantity(f"{of}_profile", unit, f"{said} in each bin of time", of=_with("stop") if "impact" in of else _always,
-               where=where, dimensions=("time_bin",),
-               **_on_request("profile", " with `slowest_counted_impact=`" * ("counted" in of)
-                             + _OF_SEVERAL.get(of.partition("_")[0], "")))
-      for of, unit, said, where in (
-          ("x_mean", "m", "mean displacement", _is_single),
-          ("x_mean_square", "m2", "mean square displacement", _is_single),
-          ("v_mean_square", "m2 s-2", "mean square velocity", _is_single),
-          ("impact_rate", "s-1", "impacts per unit time", _is_single),
-          ("impact_speed_mean", "m s-1", "mean speed before an impact", _is_single),
-          ("counted_impact_rate", "s-1", "rate of impacts that are not slower than a speed", _is_single),
-          ("counted_impact_speed_mean", "m s-1", "mean speed of impacts that are not slower than a speed", _is_single),
-          ("impact_power", "W", "power that rigid walls take, if all have one constant restitution", _is_single),
-          ("damping_power", "W", "power that dampers and memory take", _always),
-          ("input_power", "W", "power that excitations feed in; of white noise and impulses its mean, known beforehand",
-           _always),
-          (f"{_AT}x_mean", "m", "mean displacement of the mass", _is_several),
-          (f"{_AT}x_mean_square", "m2", "mean square displacement of the mass", _is_several),
-          (f"{_AT}v_mean_square", "m2 s-2", "mean square velocity of the mass", _is_several),
-          (f"{_PAIRS}elongation_mean", "m", "mean difference of their displacements", _is_several),
-          (f"{_PAIRS}elongation_mean_square", "m2", "mean square of the difference of their displacements",
-           _is_several),
-          (f"{_OF}impact_rate", "s-1", "impacts per unit time on the wall or contact", _is_several),
-          (f"{_OF}impact_speed_mean", "m s-1", "mean speed before an impact on it", _is_several),
-          (f"{_OF}counted_impact_rate", "s-1", "rate of impacts on it that are not slower than a speed", _is_several),
-          (f"{_OF}counted_impact_speed_mean", "m s-1", "mean speed of impacts on it that are not slower than a speed",
-           _is_several),
-          (f"{_OF}impact_power", "W", "power that the wall takes, of a constant restitution", _is_several))),
+    *(Quantity(f"{of}_spectrum", "m2 s rad-1", f"two-sided spectral density of {said}", formula,
+               dimensions=("frequency",), **_asked_of(of, "spectrum"))
+      for of, said, formula in (
+          ("x", "x", r"S_x(\omega)"), (f"{_AT}x", "the displacement of the mass", r"S_{x_i}(\omega)"),
+          (f"{_PAIRS}elongation", "the difference of their displacements", ""))),
+    *(_profile(entry.name, entry.unit, entry.meaning) for entry in _moments()),
+    _profile("impact_rate", "s-1", "impacts per unit time"),
+    _profile("impact_speed_mean", "m s-1", "mean speed before an impact"),
+    _profile("counted_impact_rate", "s-1", "rate of impacts that are not slower than a speed"),
+    _profile("counted_impact_speed_mean", "m s-1", "mean speed of impacts that are not slower than a speed"),
+    _profile("impact_power", "W", "power that rigid walls take, if all have one constant restitution"),
+    _profile("damping_power", "W", "power that dampers and memory take", _always),
+    _profile("input_power", "W", "power that excitations feed in; of white noise and impulses its mean, known "
+             "beforehand", _always),
+    *(_profile(entry.name, entry.unit, entry.meaning) for entry in _moments(_AT)),
+    _profile(f"{_PAIRS}elongation_mean", "m", "mean difference of their displacements"),
+    _profile(f"{_PAIRS}elongation_mean_square", "m2", "mean square of the difference of their displacements"),
+    _profile(f"{_OF}impact_rate", "s-1", "impacts per unit time on the wall or contact"),
+    _profile(f"{_OF}impact_speed_mean", "m s-1", "mean speed before an impact on it"),
+    _profile(f"{_OF}counted_impact_rate", "s-1", "rate of impacts on it that are not slower than a speed"),
+    _profile(f"{_OF}counted_impact_speed_mean", "m s-1", "mean speed of impacts on it that are not slower than a speed"),
+    _profile(f"{_OF}impact_power", "W", "power that the wall takes, of a constant restitution"),
     *(Quantity(f"{_LEVEL}first_passage_{name}", unit, said, dimensions=(f"{_LEVEL}first_passage_level",),
                **_on_request("first_passage"))
       for name, (unit, said, _) in OF_A_LEVEL.items()),
