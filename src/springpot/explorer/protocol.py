@@ -98,12 +98,6 @@ class Fit(_Strict):
     free: Annotated[list[_Name], Field(max_length=MOST_FREE)]
 
 
-class StopFit(_Strict):
-    """End the fit that is running, with the best numbers so far."""
-
-    kind: Literal["stop-fit"]
-
-
 class Observe(_Strict):
     """Simulate the system of now again, and see more of it.
 
@@ -138,12 +132,6 @@ class Observe(_Strict):
     length: Length = "m"
 
 
-class StopObserving(_Strict):
-    """End that simulation."""
-
-    kind: Literal["stop-observing"]
-
-
 class Rare(_Strict):
     """Find how likely levels of a quantity are exceeded within a time, and how often they are, from low to high.
 
@@ -174,12 +162,6 @@ class Rare(_Strict):
     length: Length = "m"
 
 
-class StopRare(_Strict):
-    """End that search; what is known by then stays."""
-
-    kind: Literal["stop-rare"]
-
-
 class Scatter(_Strict):
     """Simulate devices that differ by the tolerances of now, as `springpot.scatter` does.
 
@@ -194,10 +176,10 @@ class Scatter(_Strict):
     length: Length = "m"
 
 
-class StopScatter(_Strict):
-    """End that simulation."""
+class Stop(_Strict):
+    """End a fit, with the best numbers so far, or what was asked beside; what is known by then stays."""
 
-    kind: Literal["stop-scatter"]
+    kind: Literal["stop-fit", "stop-observing", "stop-rare", "stop-scatter"]
 
 
 class Play(_Strict):
@@ -220,22 +202,7 @@ class NextPath(_Strict):
     kind: Literal["next-path"]
 
 
-AnyMessage = (
-    Problem
-    | File
-    | FilePart
-    | Fit
-    | StopFit
-    | Observe
-    | StopObserving
-    | Rare
-    | StopRare
-    | Scatter
-    | StopScatter
-    | Play
-    | Step
-    | NextPath
-)
+AnyMessage = Problem | File | FilePart | Fit | Observe | Rare | Scatter | Stop | Play | Step | NextPath
 _MESSAGES: TypeAdapter[AnyMessage] = TypeAdapter(Annotated[AnyMessage, Field(discriminator="kind")])
 
 

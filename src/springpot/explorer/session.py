@@ -31,10 +31,7 @@ from springpot.explorer.protocol import (
     Rare,
     Scatter,
     Step,
-    StopFit,
-    StopObserving,
-    StopRare,
-    StopScatter,
+    Stop,
     pack,
 )
 from springpot.explorer.question import Question, question_of
@@ -81,6 +78,10 @@ class Session:
         self._last = time.monotonic()
         self._measured = Measured(engine.turns(), self._post)
         self._observing, self._splitting, self._scattering = (Work(engine.turns(), self._post) for _ in range(3))
+        self._stopped_by: dict[str, Work] = {
+            "stop-fit": self._measured, "stop-observing": self._observing, "stop-rare": self._splitting,
+            "stop-scatter": self._scattering,
+        }  # fmt: skip
         self._post("status", theory=engine.theory_ready.is_set(), kernel=engine.kernel_ready.is_set())
 
     # --- messages from the tab --------------------------------------------------------------------------------------
@@ -110,29 +111,10 @@ class Session:
                     self._shelve(message, content)
             case Fit():
                 self._measured.fit(self._present("fit").system, message.free)
-            case StopFit():
-                self._measured.stop()
-            case Observe():
-                from springpot.explorer.requests import observed
-
-                question = self._present("observe")
-                run = {"paths": question.asked.paths, "seed": question.asked.seed, "start": question.start}
-                run["threads"] = self._engine.threads
-                self._observing.begin("observed", observed, question.system, message, run)
-            case StopObserving():
-                self._observing.stop()
-            case Rare():
-                self._split(self._present("rare"), message)
-            case StopRare():
-                self._splitting.stop()
-            case Scatter():
-                from springpot.explorer.scattering import scattered
-
-                question = self._present("scatter")
-                run = {"devices": message.devices, "seed": question.asked.seed, "threads": self._engine.threads}
-                self._scattering.begin("scatter", scattered, question.devices, message.length, run)
-            case StopScatter():
-                self._scattering.stop()
+            case Observe() | Rare() | Scatter():
+                self._request(message, self._present(message.kind))
+            case Stop():
+                self._stopped_by[message.kind].stop()
             case Play():
                 self._playing, self._speed = message.playing, message.speed
                 if self._playing:
@@ -169,11 +151,24 @@ class Session:
         except (TypeError, ValueError) as error:
             self._post("shelved", of=part.kind, place="", said="", fault=sentence_of(error))
 
-    def _split(self, question: Question, message: Rare) -> None:
-        from springpot.explorer.rare import growing
+    def _request(self, message: Observe | Rare | Scatter, question: Question) -> None:
+        """Begin what was asked beside, in place of what was asked in the same way before."""
+        run: dict[str, Any] = {"seed": question.asked.seed, "threads": self._engine.threads}
+        match message:
+            case Observe():
+                from springpot.explorer.requests import observed
 
-        run = {"seed": question.asked.seed, "start": question.start, "threads": self._engine.threads}
-        self._splitting.begin("rare", growing, question.system, message, run)
+                run |= {"paths": question.asked.paths, "start": question.start}
+                self._observing.begin("observed", observed, question.system, message, run)
+            case Rare():
+                from springpot.explorer.rare import growing
+
+                self._splitting.begin("rare", growing, question.system, message, run | {"start": question.start})
+            case Scatter():
+                from springpot.explorer.scattering import scattered
+
+                run |= {"devices": message.devices}
+                self._scattering.begin("scatter", scattered, question.devices, message.length, run)
 
     def refuse(self, sentence: str, asked: int | None = None) -> None:
         """Tell the tab why a message was refused, and the number of the question if it was one."""

@@ -72,6 +72,16 @@ def until_stopped(progress: Callable[[float], None], stop: Callable[[], bool]) -
     return check
 
 
+def part_of(progress: Callable[[float], None] | None, begin: float, end: float) -> Callable[[float], None]:
+    """What passes the fraction of a part of the work on, as that of the whole."""
+
+    def told(fraction: float) -> None:
+        if progress is not None:
+            progress(FractionDone(begin + (end - begin) * fraction, getattr(fraction, "estimate", None)))
+
+    return told
+
+
 class OutOfTimeError(Exception):
     """The time allowed is over."""
 

@@ -479,7 +479,8 @@ CATALOGUE = (
     _profile(f"{_OF}impact_rate", "s-1", "impacts per unit time on the wall or contact"),
     _profile(f"{_OF}impact_speed_mean", "m s-1", "mean speed before an impact on it"),
     _profile(f"{_OF}counted_impact_rate", "s-1", "rate of impacts on it that are not slower than a speed"),
-    _profile(f"{_OF}counted_impact_speed_mean", "m s-1", "mean speed of impacts on it that are not slower than a speed"),
+    _profile(f"{_OF}counted_impact_speed_mean", "m s-1", "mean speed of impacts on it that are not slower than a "
+             "speed"),
     _profile(f"{_OF}impact_power", "W", "power that the wall takes, of a constant restitution"),
     *(Quantity(f"{_LEVEL}first_passage_{name}", unit, said, dimensions=(f"{_LEVEL}first_passage_level",),
                **_on_request("first_passage"))

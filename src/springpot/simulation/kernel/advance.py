@@ -123,7 +123,6 @@ _states, _columns = stack_array((MOST_STATES + 4) * LANES), stack_array(MOST_COL
 _of_walls, _of_two_walls = stack_array(MOST_WALLS * LANES), stack_array(2 * MOST_WALLS * LANES)
 _few, _own = stack_array(3 * MOST_POINTS), stack_array(3 * WIDTH)
 _shown = stack_array((MOST_POINTS + MOST_ROWS + MOST_OUTPUTS) * GROUP * LANES)
-_row_of_results = stack_array(1)
 
 
 @njit(**INLINE)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import numpy.typing as npt
@@ -119,13 +119,10 @@ class Driven:
             for own in left:
                 found[own] = self._block([composed[n] for n in own], starts[own], impulses, stop)
 
-        def halt() -> None:
-            stop[0] = 1
-
         if len(blocks) * self.plan.settings.steps <= _AT_ONCE:
             work()
         else:
-            work_together(work, min(threads, len(blocks)), stop=halt)
+            work_together(work, min(threads, len(blocks)), stop=partial(stop.fill, 1))
         return found
 
     def _block(self, parts: Sequence[Parts], starts: Floats, impulses: Floats, stop: npt.NDArray[np.uint8]) -> Floats:

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -161,10 +162,7 @@ class Simulation:
                 if progress is not None and not stop[0]:
                     progress(finished / blocks)
 
-        def halt() -> None:
-            stop[0] = 1
-
-        work_together(work, min(settings.threads, -(-blocks // together)), stop=halt)
+        work_together(work, min(settings.threads, -(-blocks // together)), stop=partial(stop.fill, 1))
         started = states[: settings.record if len(states) > 1 else 1]
         record[:, 0] = self.parts.start_of_record(started)  # the kernel writes from t = h on
         record *= self.parts.units.state

@@ -12,6 +12,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -101,10 +102,7 @@ def _on_threads(
                 if progress is not None and not stop[0]:
                     progress(min(done, 1.0))
 
-    def halt() -> None:
-        stop[0] = 1
-
-    work_together(work, threads, stop=halt)
+    work_together(work, threads, stop=partial(stop.fill, 1))
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from springpot.machine.arguments import LARGEST, check_called, checked_path, fin
 from springpot.machine.arrays import Floats
 from springpot.machine.bar import Bar
 from springpot.machine.faults import listed, name_results, shown
-from springpot.machine.progress import Clock, FractionDone
+from springpot.machine.progress import Clock, part_of
 from springpot.problem.messages import Message, say
 from springpot.problem.system import System, checked_system
 from springpot.simulation.estimate.stationary_start import adapt
@@ -348,7 +348,8 @@ def exceeded(
     simulation = simulation_of(split_early(plan))
     curves, level = dict[str, ExceedanceCurve](), dict[str, ExceedanceLevel]()
     for number, (quantity, given, sign) in enumerate(wanted):
-        own, told = Clock(clock.left / (len(wanted) - number)), _share(progress, number, len(wanted))
+        own = Clock(clock.left / (len(wanted) - number))
+        told = part_of(progress, number / len(wanted), (number + 1) / len(wanted))
 
         def saved(levels: Floats, name: str = quantity.name) -> Saved:
             known = () if file.path is None else (system.to_dict(), {**plan.settings.to_dict(), "threads": 1}, name)
@@ -378,16 +379,10 @@ def exceeded(
 
 VERSION = 2  # of the numbers that repetitions give
 _STREAMS = 64  # of random numbers, for each quantity
-
-
-def _share(progress: Progress | None, number: int, count: int) -> Callable[[float], None]:
-    """The progress of one quantity of several."""
-
-    def told(fraction: float) -> None:
-        if progress is not None:
-            progress(FractionDone((number + fraction) / count, getattr(fraction, "estimate", None)))
-
-    return told
+_SUCH = {
+    "levels": "levels, such as {'x': [0.01, 0.02]}", "probability": "probabilities, such as {'x': 1e-6}",
+    "return_period": "times, such as {'x': 3600.0}",
+}  # fmt: skip
 
 
 def _arranged(
@@ -397,18 +392,23 @@ def _arranged(
     return None if watch is None else lambda curve: watch(curve.arranged(order, shape))
 
 
-def _checked(plan: Plan, levels: object) -> list[tuple[Quantity, Floats, float]]:
-    """The quantities with their levels, and the sign of the direction in which these are exceeded."""
-    if not isinstance(levels, Mapping) or not levels:
-        raise TypeError(
-            f"levels must be a dict of names and levels, such as {{'x': [0.01, 0.02]}}, not {shown(levels)}."
-        )
-    found = []
-    for name, given in levels.items():
-        function = None
+def _asked(plan: Plan, argument: str, asked: object) -> Iterator[tuple[Any, Quantity, Any]]:
+    """Each name that was given, its quantity, and what was given for it."""
+    if not isinstance(asked, Mapping) or not asked:
+        raise TypeError(f"{argument} must be a dict of names and {_SUCH[argument]}, not {shown(asked)}.")
+    for name, given in asked.items():
+        function, own = None, name
         if isinstance(given, tuple) and len(given) == 2 and callable(given[0]):
             function, given = given
-        quantity = quantity_of(plan.motion, name, function)
+        if argument != "levels" and isinstance(name, str):
+            own = name.removesuffix(_BELOW)
+        yield name, quantity_of(plan.motion, own, function, argument), given
+
+
+def _checked(plan: Plan, levels: object) -> list[tuple[Quantity, Floats, float]]:
+    """The quantities with their levels, and the sign of the direction in which these are exceeded."""
+    found = []
+    for name, quantity, given in _asked(plan, "levels", levels):
         words, signal, least = f"level of {name}", quantity.signal, quantity.has_sides or quantity.kind == "own"
         low = -LARGEST if least else 0.0
         numbers = finite_numbers(given, f"levels of {name}", words, low=low, high=LARGEST, open_low=not least)
@@ -448,15 +448,9 @@ def _checked_sought(plan: Plan, asked: object, argument: str) -> list[tuple[Quan
     """The quantities with their probabilities or return periods, and the sign of the direction in which levels are
     exceeded.
     """
-    if not isinstance(asked, Mapping) or not asked:
-        of = "probabilities, such as {'x': 1e-6}" if argument == "probability" else "times, such as {'x': 3600.0}"
-        raise TypeError(f"{argument} must be a dict of names and {of}, not {shown(asked)}.")
     found = []
-    for name, given in asked.items():
-        function, below = None, isinstance(name, str) and name.endswith(_BELOW)
-        if isinstance(given, tuple) and len(given) == 2 and callable(given[0]):
-            function, given = given
-        quantity = quantity_of(plan.motion, str(name).removesuffix(_BELOW) if below else name, function, argument)
+    for name, quantity, given in _asked(plan, argument, asked):
+        below = str(name).endswith(_BELOW)
         if below and not quantity.has_sides:
             raise ValueError(f"{argument} has {name!r}, but {quantity.name} has no sides: leave out{_BELOW}.")
         if argument == "probability":

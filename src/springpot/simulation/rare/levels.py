@@ -18,7 +18,7 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import with_error
 from springpot.machine.plain import plain
-from springpot.machine.progress import Clock, FractionDone
+from springpot.machine.progress import Clock, part_of
 from springpot.problem.messages import say
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.plan import Plan
@@ -212,7 +212,7 @@ def sought_curve(
         levels = sought.levels(np.unique(np.minimum(distances, sought.farthest)))
         asked = event_of(plan, simulation.parts, sought.quantity, levels, sought.sign)
         return search(
-            simulation, asked, rtol, clock, _part(told, begin, end), stream + STREAMS * number, saved(levels)
+            simulation, asked, rtol, clock, part_of(told, begin, end), stream + STREAMS * number, saved(levels)
         )  # fmt: skip
 
     law, reason = _law_of_plain_paths(simulation, plan, sought, clock, stream), ""
@@ -243,15 +243,6 @@ def sought_curve(
         doubt = say("level_not_found", name=found.name, asked=level.asked[lost], reason=reason or _OVER)
         found = replace(found, warnings=(*found.warnings, doubt))
     return found, level
-
-
-def _part(told: Callable[[float], None], begin: float, end: float) -> Callable[[float], None]:
-    """The progress of a round."""
-
-    def partly(fraction: float) -> None:
-        told(FractionDone(begin + (end - begin) * fraction, getattr(fraction, "estimate", None)))
-
-    return partly
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,7 @@ import itertools
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import numpy.typing as npt
@@ -324,14 +324,11 @@ class _Paths:
                 if used[1] > 0:
                     raise MemoryError("too many states of paths had to be kept: use a shorter duration.")
 
-        def halt() -> None:
-            stop[0] = 1
-
         def tell() -> None:
             self.clock.check()
             self.tell(generation)
 
-        work_together(work, min(settings.threads, -(-blocks // together)), stop=halt, tell=tell)
+        work_together(work, min(settings.threads, -(-blocks // together)), stop=partial(stop.fill, 1), tell=tell)
         if np.isnan(marks).any():
             raise ValueError(f"levels: {self.event.name} gives no number at some place that the motion comes to.")
         ends[:] = marks[: len(paths)]
