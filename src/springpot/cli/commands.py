@@ -28,6 +28,7 @@ from springpot.cli.flags import (
     in_flags,
     monte_carlo,
     problem_of,
+    repeated,
     written,
 )
 from springpot.cli.terminal import (
@@ -50,11 +51,10 @@ from springpot.machine.interrupt import asked_to_stop, leave_at_once
 if TYPE_CHECKING:
     from springpot.problem.system import System
 
-_LEVELS = Parameter(
-    negative="",
-    metavar="NAME LEVEL",
-    help="Also rates at which a linear system exceeds levels in m, by Rice's and Vanmarcke's formulas and the "
-    "diffusion of the amplitude: x or distance (|x|), with several masses box_x or mount_elongation; can be repeated.",
+_LEVELS = repeated(
+    "NAME LEVEL",
+    "Also rates at which a linear system exceeds levels in m, by Rice's and Vanmarcke's formulas and the diffusion of "
+    "the amplitude: x or distance (|x|), with several masses box_x or mount_elongation; can be repeated.",
 )
 _CURVES = Parameter(
     help="Also the damage per hour of a linear system's response, by spectral formulas, with the words of springpot "

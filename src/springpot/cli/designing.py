@@ -17,7 +17,9 @@ from springpot.cli.flags import (
     SystemFile,
     Threads,
     monte_carlo,
+    names,
     problem_of,
+    repeated,
     written,
 )
 from springpot.cli.terminal import Json, Whole, check_picture
@@ -30,7 +32,7 @@ _WISHES = Group("What is asked for", sort_key=1)
 
 def _limit(which: str) -> Parameter:
     words = f"A result with its {which} limit; over devices such as impact_rate_quantile_0.95; may be repeated."
-    return Parameter(group=_WISHES, negative="", metavar="NAME LIMIT", help=words)
+    return repeated("NAME LIMIT", words, group=_WISHES)
 
 
 def sensitivity(
@@ -38,9 +40,7 @@ def sensitivity(
     /,
     *,
     flags: Flags = STANDARD,
-    quantities: Annotated[
-        list[str], Parameter(negative="", consume_multiple=True, metavar="NAME ...", help="Such as impact_rate.")
-    ],
+    quantities: Annotated[list[str], names("Such as impact_rate.")],
     method: Annotated[
         str | None, Parameter(help='"theory", "monte_carlo" or the name of a method; the recommended one if not given.')
     ] = None,

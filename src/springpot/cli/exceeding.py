@@ -5,37 +5,38 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-from cyclopts import Parameter
-
 from springpot.cli.commands import by_name, tell, warn
-from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, monte_carlo, problem_of, written
+from springpot.cli.flags import (
+    MONTE_CARLO,
+    STANDARD,
+    Flags,
+    SystemFile,
+    Threads,
+    monte_carlo,
+    problem_of,
+    repeated,
+    written,
+)
 from springpot.cli.terminal import Json, Whole, check_picture, print_json
 from springpot.machine.bar import Bar
 from springpot.machine.interrupt import leave_at_once
 
-_LEVELS = Parameter(
+_LEVELS = repeated(
+    "NAME LEVEL",
+    "Level of x, distance (|x|) or amplitude in m, of v, speed or impact_speed in m/s, of energy in m^2/s^2, of a "
+    "force or an acceleration; can be repeated.",
     group=MONTE_CARLO,
-    negative="",
-    metavar="NAME LEVEL",
-    help="Level of x, distance (|x|) or amplitude in m, of v, speed or impact_speed in m/s, of energy in m^2/s^2, "
-    "of a force or an acceleration; can be repeated.",
 )
-
-
-_PROBABILITY = Parameter(
+_PROBABILITY = repeated(
+    "NAME PROBABILITY",
+    "In place of levels: the level that is exceeded with this probability is found; 'x below' of one that is exceeded "
+    "downwards; can be repeated.",
     group=MONTE_CARLO,
-    negative="",
-    metavar="NAME PROBABILITY",
-    help="In place of levels: the level that is exceeded with this probability is found; 'x below' of one that is "
-    "exceeded downwards; can be repeated.",
 )
-
-
-_RETURN_PERIOD = Parameter(
+_RETURN_PERIOD = repeated(
+    "NAME SECONDS",
+    "In place of levels: the level that is exceeded once in this time is found; can be repeated.",
     group=MONTE_CARLO,
-    negative="",
-    metavar="NAME SECONDS",
-    help="In place of levels: the level that is exceeded once in this time is found; can be repeated.",
 )
 
 

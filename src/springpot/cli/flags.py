@@ -186,6 +186,16 @@ def monte_carlo(words: str) -> Parameter:
     return Parameter(group=MONTE_CARLO, help=words)
 
 
+def repeated(metavar: str, words: str, **more: Any) -> Parameter:
+    """A flag with a name and what is said of it, which may be given for several names."""
+    return Parameter(negative="", metavar=metavar, help=words, **more)
+
+
+def names(words: str) -> Parameter:
+    """A flag with the names of some results."""
+    return Parameter(negative="", consume_multiple=True, metavar="NAME ...", help=words)
+
+
 Overwrite = Annotated[bool, Parameter(group=OUTPUT, negative="", help="Replace FILE if it exists.")]
 _INSTEAD = ", instead of the flags below."
 SystemFile = Annotated[str | None, _read(_INSTEAD, group=_PER_MASS)]

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from springpot.cli.commands import tell, warn
-from springpot.cli.flags import MONTE_CARLO, Threads, monte_carlo, written
+from springpot.cli.flags import MONTE_CARLO, Threads, monte_carlo, names, repeated, written
 from springpot.cli.terminal import Json, Whole, check_picture
 from springpot.machine.bar import Bar
 from springpot.machine.interrupt import leave_at_once
@@ -23,17 +23,10 @@ def scatter(
     ],
     /,
     *,
-    quantities: Annotated[
-        list[str] | None,
-        Parameter(
-            negative="", consume_multiple=True, metavar="NAME ...", help="Such as impact_rate; all if not given."
-        ),
-    ] = None,
+    quantities: Annotated[list[str] | None, names("Such as impact_rate; all if not given.")] = None,
     limit: Annotated[
         list[tuple[str, float]] | None,
-        Parameter(
-            negative="", metavar="NAME LIMIT", help="The share of the devices above it is told; may be repeated."
-        ),
+        repeated("NAME LIMIT", "The share of the devices above it is told; may be repeated."),
     ] = None,
     method: Annotated[str, Parameter(help='"monte_carlo", or the name of a method of theory.')] = "monte_carlo",
     devices: Annotated[Whole, monte_carlo("How many are drawn: a power of two.")] = 1024,

@@ -176,7 +176,7 @@ class Scatter(_Strict):
     length: Length = "m"
 
 
-class Stop(_Strict):
+class StopWork(_Strict):
     """End a fit, with the best numbers so far, or what was asked beside; what is known by then stays."""
 
     kind: Literal["stop-fit", "stop-observing", "stop-rare", "stop-scatter"]
@@ -202,7 +202,7 @@ class NextPath(_Strict):
     kind: Literal["next-path"]
 
 
-AnyMessage = Problem | File | FilePart | Fit | Observe | Rare | Scatter | Stop | Play | Step | NextPath
+AnyMessage = Problem | File | FilePart | Fit | Observe | Rare | Scatter | StopWork | Play | Step | NextPath
 _MESSAGES: TypeAdapter[AnyMessage] = TypeAdapter(Annotated[AnyMessage, Field(discriminator="kind")])
 
 

@@ -31,7 +31,7 @@ from springpot.explorer.protocol import (
     Rare,
     Scatter,
     Step,
-    Stop,
+    StopWork,
     pack,
 )
 from springpot.explorer.question import Question, question_of
@@ -111,9 +111,25 @@ class Session:
                     self._shelve(message, content)
             case Fit():
                 self._measured.fit(self._present("fit").system, message.free)
-            case Observe() | Rare() | Scatter():
-                self._request(message, self._present(message.kind))
-            case Stop():
+            case Observe():
+                from springpot.explorer.requests import observed
+
+                question = self._present("observe")
+                run = self._settings(question, paths=question.asked.paths, start=question.start)
+                self._observing.begin("observed", observed, question.system, message, run)
+            case Rare():
+                from springpot.explorer.rare import growing
+
+                question = self._present("rare")
+                run = self._settings(question, start=question.start)
+                self._splitting.begin("rare", growing, question.system, message, run)
+            case Scatter():
+                from springpot.explorer.scattering import scattered
+
+                question = self._present("scatter")
+                run = self._settings(question, devices=message.devices)
+                self._scattering.begin("scatter", scattered, question.devices, message.length, run)
+            case StopWork():
                 self._stopped_by[message.kind].stop()
             case Play():
                 self._playing, self._speed = message.playing, message.speed
@@ -151,24 +167,9 @@ class Session:
         except (TypeError, ValueError) as error:
             self._post("shelved", of=part.kind, place="", said="", fault=sentence_of(error))
 
-    def _request(self, message: Observe | Rare | Scatter, question: Question) -> None:
-        """Begin what was asked beside, in place of what was asked in the same way before."""
-        run: dict[str, Any] = {"seed": question.asked.seed, "threads": self._engine.threads}
-        match message:
-            case Observe():
-                from springpot.explorer.requests import observed
-
-                run |= {"paths": question.asked.paths, "start": question.start}
-                self._observing.begin("observed", observed, question.system, message, run)
-            case Rare():
-                from springpot.explorer.rare import growing
-
-                self._splitting.begin("rare", growing, question.system, message, run | {"start": question.start})
-            case Scatter():
-                from springpot.explorer.scattering import scattered
-
-                run |= {"devices": message.devices}
-                self._scattering.begin("scatter", scattered, question.devices, message.length, run)
+    def _settings(self, question: Question, **more: Any) -> dict[str, Any]:
+        """Those of a run that was asked for beside."""
+        return {"seed": question.asked.seed, "threads": self._engine.threads, **more}
 
     def refuse(self, sentence: str, asked: int | None = None) -> None:
         """Tell the tab why a message was refused, and the number of the question if it was one."""

@@ -120,9 +120,12 @@ class Free(float):
         """The same with another start, as it stands here."""
         return self._made(value, self.low, self.high, self.times, self.plus, self.power)
 
-    def _made(self, start: float, low: float, high: float, *follows: float) -> Free:
-        """Another number that follows from the one of that name."""
-        return Free(start, self.name, min(low, high), max(low, high), *follows)
+    def _made(
+        self, start: float, low: float, high: float, times: float = 1.0, plus: float = 0.0, power: float = 1.0
+    ) -> Free:
+        """Another number of this kind that follows from the one of that name."""
+        law = self.__getnewargs__()[7:]  # of an uncertain one
+        return type(self)(start, self.name, min(low, high), max(low, high), times, plus, power, *law)
 
     def _linear(self, times: Any, plus: Any) -> Any:
         if not _are_plain(times, plus) or not times or not math.isfinite(times + plus):
@@ -234,12 +237,6 @@ class Uncertain(Free):
         if self.itself is not self:
             return super().__repr__()
         return f"uncertain({self.name!r}, {float(self)!r}, {self.law})"
-
-    def _made(self, start: float, low: float, high: float, *follows: float) -> Free:
-        times, plus, power = follows or (1.0, 0.0, 1.0)
-        return Uncertain(
-            start, self.name, min(low, high), max(low, high), times, plus, power, self.law, self.correlation
-        )
 
 
 class Lost(float):

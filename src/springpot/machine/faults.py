@@ -135,7 +135,7 @@ def _first(words: Sequence[str]) -> list[str]:
     return [*words] if left <= 1 else [*words[:MOST_WORDS], f"{left} others"]
 
 
-def meant(word: str, names: Iterable[str]) -> str:
+def meant(word: object, names: Iterable[str]) -> str:
     """The words "; did you mean ...?" with the closest name, or an empty string.
 
     Examples
@@ -143,7 +143,7 @@ def meant(word: str, names: Iterable[str]) -> str:
     >>> meant("avering", ["averaging", "envelope"]), meant("e", ["position", "restitution"])
     ('; did you mean averaging?', '; did you mean restitution?')
     """
-    close = nearest(word, names)
+    close = nearest(word, names) if isinstance(word, str) else ""
     return f"; did you mean {close}?" if close else ""
 
 
@@ -162,12 +162,8 @@ def known_word(word: object, names: Iterable[str], what: str, must: str = "must 
     """
     known = [*names]
     if not isinstance(word, str) or word not in known:
-        raise ValueError(f"{what} {must} {few(known)}, not {shown(word)}{_meant(word, known) or '.'}")
+        raise ValueError(f"{what} {must} {few(known)}, not {shown(word)}{meant(word, known) or '.'}")
     return word
-
-
-def _meant(word: object, known: list[str]) -> str:
-    return meant(word, known) if isinstance(word, str) else ""
 
 
 def nearest(word: str, names: Iterable[str]) -> str:

@@ -77,8 +77,8 @@ def beam(
         for name, value in (("length", length), ("bending_stiffness", bending_stiffness), ("mass", mass))
     )
     if not isinstance(kind, str) or kind not in get_args(BeamKind):
-        near = meant(kind, [*get_args(BeamKind)]) if isinstance(kind, str) else ""
-        raise ValueError(f"kind must be 'cantilever' or 'simply supported', not {shown(kind)}{near or '.'}")
+        near = meant(kind, get_args(BeamKind)) or "."
+        raise ValueError(f"kind must be 'cantilever' or 'simply supported', not {shown(kind)}{near}")
     if not isinstance(modes, int) or not 1 <= modes <= MOST_MODES:
         raise ValueError(f"modes must be a whole number from 1 to {MOST_MODES}, not {shown(modes)}.")
     if not isinstance(points, Mapping) or not points:

@@ -415,13 +415,14 @@ CATALOGUE = (
       for name, unit, said in (("impact_rate", "s-1", "rate"), ("impact_speed_mean", "m s-1", "mean speed"),
                                ("impact_speed_mean_square", "m2 s-2", "mean square speed"))
       for of, when in (("", ""), (_OF, ", of each wall and contact"))),
-    *(entry
-      for each in (("x", "m", "the displacement"), ("v", "m s-1", "the velocity"), ("amplitude", "m", "the amplitude"),
-                   ("impact_speed", "m s-1", "the speed before an impact"),
-                   (f"{_AT}x", "m", "the displacement of the mass"), (f"{_AT}v", "m s-1", "its velocity"),
-                   (f"{_PAIRS}elongation", "m", "the difference of their displacements"),
-                   (f"{_OF}impact_speed", "m s-1", "the speed before an impact on it"))
-      for entry in _distribution(*each)),
+    *_distribution("x", "m", "the displacement"),
+    *_distribution("v", "m s-1", "the velocity"),
+    *_distribution("amplitude", "m", "the amplitude"),
+    *_distribution("impact_speed", "m s-1", "the speed before an impact"),
+    *_distribution(f"{_AT}x", "m", "the displacement of the mass"),
+    *_distribution(f"{_AT}v", "m s-1", "its velocity"),
+    *_distribution(f"{_PAIRS}elongation", "m", "the difference of their displacements"),
+    *_distribution(f"{_OF}impact_speed", "m s-1", "the speed before an impact on it"),
     _extreme("x_minimum", "m", "the smallest displacement"),
     _extreme("x_maximum", "m", "the largest displacement"),
     _extreme("v_largest", "m s-1", "the largest speed"),

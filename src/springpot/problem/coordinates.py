@@ -175,8 +175,8 @@ class Coordinates:
             raise TypeError(f"{name} must say of which masses it is, in Python as {example}, not {shown(given)}.")
         for point in given:
             if point not in points:
-                near = meant(point, points) if isinstance(point, str) else ""
-                raise ValueError(f"{name} has {point!r}, which is no mass{near or f'; there are {listed([*points])}.'}")
+                near = meant(point, points) or f"; there are {listed([*points])}."
+                raise ValueError(f"{name} has {point!r}, which is no mass{near}")
         return {
             point: finite_number(given.get(point, 0.0), f"{name} of {point}", low=-LARGEST, high=LARGEST)
             for point in points

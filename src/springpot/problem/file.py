@@ -250,8 +250,8 @@ def _part(table: object, place: str, folder: Path | None) -> tuple[str, object]:
         raise ValueError(f"{place} must be a table with a kind, not {shown(table)}.")
     kind = table.get("kind")
     if not isinstance(kind, str) or kind not in _KINDS:
-        near = meant(kind, _KINDS) if isinstance(kind, str) else ""
-        raise ValueError(f"{place}.kind must be one of {listed([*_KINDS], 'or')}, not {shown(kind)}{near or '.'}")
+        near = meant(kind, _KINDS) or "."
+        raise ValueError(f"{place}.kind must be one of {listed([*_KINDS], 'or')}, not {shown(kind)}{near}")
     numbers = {key: value for key, value in table.items() if key not in ("kind", "name")}
     where = f"{place} ({kind})"
     for make, own, mark, _, keys, needed in _BY_DENSITY:

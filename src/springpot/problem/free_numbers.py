@@ -87,7 +87,7 @@ def free_numbers(model: object) -> dict[str, Free]:
     >>> free_numbers(sp.System(sp.Mass(2.0), sp.Spring(sp.free("k", 80.0, (10.0, 200.0)))))
     {'k': free('k', 80.0, (10.0, 200.0))}
     """
-    return _by_name(model, lambda number: not isinstance(number, Uncertain))
+    return _by_name(model, uncertain=False)
 
 
 def uncertain_numbers(model: object) -> dict[str, Uncertain]:
@@ -112,8 +112,7 @@ def uncertain_numbers(model: object) -> dict[str, Uncertain]:
     >>> [*uncertain_numbers(sp.System(sp.Mass(2.0), sp.Spring(sp.uncertain("k", 80.0, cov=0.05))))]
     ['k']
     """
-    found = _by_name(model, lambda number: isinstance(number, Uncertain))
-    return cast(dict[str, Uncertain], found)
+    return cast(dict[str, Uncertain], _by_name(model, uncertain=True))
 
 
 def nominal(system: System) -> System:
@@ -146,13 +145,14 @@ def check_certain(model: object, what: str) -> None:
         )
 
 
-def _by_name(model: object, wanted: Callable[[Free], bool]) -> dict[str, Free]:
+def _by_name(model: object, *, uncertain: bool) -> dict[str, Free]:
     found: dict[str, Free] = {}
     kinds: dict[str, bool] = {}
     for here in _each(model):
-        if kinds.setdefault(here.name, isinstance(here, Uncertain)) != isinstance(here, Uncertain):
+        is_uncertain = isinstance(here, Uncertain)
+        if kinds.setdefault(here.name, is_uncertain) != is_uncertain:
             raise ValueError(f"{here.name} must be free or uncertain wherever it stands, not both.")
-        if not wanted(here):
+        if is_uncertain != uncertain:
             continue
         number = here.itself
         known = found.setdefault(number.name, number)

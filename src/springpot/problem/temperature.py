@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 
@@ -227,11 +227,7 @@ class Shift:
         Dashpot(coefficient=2.0)
         """
         factor = self.of(celsius)
-        found: Any
         if isinstance(model, Part):
-            found = model.slowed(factor)
-        else:
-            stated = checked_system(model, "model", "a System or a part").stated()
-            found = System(**{name: part.slowed(factor) for name, part in stated})
-        shifted: Model = found
-        return shifted
+            return model.slowed(factor)
+        stated = checked_system(model, "model", "a System or a part").stated()
+        return cast(Model, System(**{name: part.slowed(factor) for name, part in stated}))

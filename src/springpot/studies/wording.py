@@ -11,10 +11,7 @@ from springpot.machine.faults import listed, meant, shown
 
 _WORDS = (
     ("Input should be ", "must be "),
-    ("a valid dictionary or instance of Fixed", "a table"),
-    ("a valid dictionary or instance of MonteCarlo", "a table"),
-    ("a valid dictionary or instance of Exceeding", "a table"),
-    ("a valid dictionary", "a table"),
+    (r"a valid dictionary( or instance of \w+)?", "a table"),
     ("a valid integer", "a whole number"),
     ("a valid number", "a number"),
     ("a valid string", "a text in quotes"),
@@ -45,7 +42,7 @@ def sentence(error: ValidationError) -> str:
     if not text:
         text = str(fault["msg"])
         for theirs, ours in _WORDS:
-            text = text.replace(theirs, ours)
+            text = re.sub(theirs, ours, text)
         if text.startswith("must be") and isinstance(fault["input"], str | int | float):
             text += f", not {shown(fault['input'])}"
             if fault["type"] == "literal_error" and isinstance(fault["input"], str):

@@ -239,13 +239,11 @@ class Parts:
     @property
     def halves(self) -> dict[str, tuple[Sum, Sum]]:
         """By the mean squares of each coordinate, the sums over the window and over its first half."""
+        lone = self.shape_of_state == (2,)
         return {
-            f"{point}_{name}_mean_square"[0 if self.shape_of_state != (2,) else len(point) + 1 :]: (
-                (f"{name}^2", point),
-                (f"early {name}^2", point),
-            )
+            f"{'' if lone else f'{point}_'}{of}_mean_square": ((f"{of}^2", point), (f"early {of}^2", point))
             for point in self.points
-            for name in "xv"
+            for of in "xv"
         }
 
     @property
@@ -960,9 +958,7 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
         yield Reading(f"{pair}_elongation_mean", {("u", row): 1.0})
         yield Reading(f"{pair}_elongation_mean_square", {("u^2", row): 1.0})
     for name in system.stops:
-        yield Reading(f"{name}_impact_rate", {("impacts", name): 1.0}, "time")
-        yield Reading(f"{name}_impact_speed_mean", {("speeds", name): 1.0}, (("impacts", name),))
-        yield Reading(f"{name}_impact_speed_mean_square", {("squares", name): 1.0}, (("impacts", name),))
+        yield from _impacts(f"{name}_", [name])
         yield Reading(f"{name}_power", {("loss", name): 1.0}, "time")
         yield Reading(f"{name}_force_mean", {("momentum", name): 1.0}, "time")
     if parts.taps and not system.thermal:  # noise of a resistor is beside the mode, in the matched force
@@ -981,10 +977,7 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
             ends = ((end, parts.points[0]) for end in _ENDS)
             yield Reading("amplitude_mean_square_end", {}, "one", squares=dict(zip(ends, (1.0, share), strict=True)))
         if parts.walls:
-            impacts, speeds, struck = (tuple((of, wall) for wall in parts.walls) for of in _OF_A_WALL[:3])
-            yield Reading("impact_rate", dict.fromkeys(impacts, 1.0), "time")
-            yield Reading("impact_speed_mean", dict.fromkeys(speeds, 1.0), impacts)
-            yield Reading("impact_speed_mean_square", dict.fromkeys(struck, 1.0), impacts)
+            yield from _impacts("", parts.walls)
         if has_damping(system):
             yield Reading("damping_force_mean", {("force", ""): 1.0})
             yield Reading("damping_virial", {("virial", ""): 1.0, ("force", ""): plan.motion.origin})
@@ -996,6 +989,14 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
         yield Reading(f"{called}x_mean_end", x, "one")
         yield Reading(f"{called}x_mean_square_end", x, "one", power=2)
         yield Reading(f"{called}v_mean_square_end", v, "one", power=2)
+
+
+def _impacts(begin: str, walls: Sequence[str]) -> Iterator[Reading]:
+    """Rate and speeds of the impacts on some walls together."""
+    impacts, speeds, squares = (tuple((of, wall) for wall in walls) for of in _OF_A_WALL[:3])
+    yield Reading(f"{begin}impact_rate", dict.fromkeys(impacts, 1.0), "time")
+    yield Reading(f"{begin}impact_speed_mean", dict.fromkeys(speeds, 1.0), impacts)
+    yield Reading(f"{begin}impact_speed_mean_square", dict.fromkeys(squares, 1.0), impacts)
 
 
 _f32 = np.float32

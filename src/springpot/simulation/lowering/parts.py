@@ -197,19 +197,9 @@ def lower(part: object, name: str, units: Units, step: float) -> Lowered:
 
 
 @lower.register
-def _(part: Spring, name: str, units: Units, step: float) -> Lowered:
-    return Lowered(springs=(0.0, part.stiffness * units.time**2))
-
-
-@lower.register
-def _(part: PolynomialSpring, name: str, units: Units, step: float) -> Lowered:
-    powers = enumerate(part.coefficients, start=1)
-    return Lowered(springs=(0.0, *(k * units.length ** (n - 1) * units.time**2 for n, k in powers)))
-
-
-@lower.register
-def _(part: Constant, name: str, units: Units, step: float) -> Lowered:
-    return Lowered(springs=(-part.force / units.length * units.time**2,))
+def _(part: Spring | PolynomialSpring | Constant, name: str, units: Units, step: float) -> Lowered:
+    powers = enumerate(part.force_coefficients())
+    return Lowered(springs=tuple(k * units.length ** (n - 1) * units.time**2 for n, k in powers))
 
 
 @lower.register

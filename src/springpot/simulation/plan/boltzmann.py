@@ -12,12 +12,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from springpot.machine.arrays import Floats
 from springpot.problem.system import System
 from springpot.simulation.plan.guess import BoltzmannLaw
+from springpot.simulation.plan.loose import LEAST_KEPT, TRIED, drawn_until_kept
 
-_TRIED, _LEAST_KEPT = 4096, 0.01  # draws, and the share that must be kept
 _HELD = 1e-10  # least eigenvalue of the stiffness over the largest
 
 
@@ -63,11 +64,12 @@ class BoltzmannOfModes:
 
     def drawn(self, normals: np.random.Generator, count: int) -> tuple[Floats, Floats]:
         """x and v of some paths."""
-        x, missing = np.zeros((count, len(self.speeds))), np.ones(count, bool)
-        while missing.any():
-            tried = normals.standard_normal(x.shape) @ self.root.T
-            found = missing & (normals.random(count) < self.kept(tried))
-            x[found], missing = tried[found], missing & ~found
+
+        def tried() -> tuple[Floats, npt.NDArray[np.bool_]]:
+            x = normals.standard_normal((count, len(self.speeds))) @ self.root.T
+            return x, normals.random(count) < self.kept(x)
+
+        x = drawn_until_kept(tried)
         return x, normals.standard_normal(x.shape) @ self.speeds.T
 
 
@@ -101,5 +103,5 @@ def boltzmann_of_modes(system: System) -> BoltzmannOfModes | None:
     speeds = np.asarray(np.linalg.cholesky(coordinates.accelerations(theta * np.eye(size))), float)
     root = (shapes * np.sqrt(theta / values)) @ shapes.T  # symmetric: the signs of shapes are a processor's choice
     law = BoltzmannOfModes(theta, root, speeds, others)
-    tried = np.random.Generator(np.random.Philox(0)).standard_normal((_TRIED, size)) @ law.root.T
-    return law if law.kept(tried).mean() > _LEAST_KEPT else None
+    tried = np.random.Generator(np.random.Philox(0)).standard_normal((TRIED, size)) @ law.root.T
+    return law if law.kept(tried).mean() > LEAST_KEPT else None

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from springpot.machine.arrays import Floats
 from springpot.problem.parts import Springpot
@@ -23,12 +24,12 @@ from springpot.problem.parts.springpots import resonance, springpot_in
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 
+TRIED, LEAST_KEPT = 4096, 0.01  # draws, and the share that must be kept
 FROM_REST, HOT = 28.0, 9.0  # mean times between the neighbour's visits until 1 % is left of either start
 LASTS = math.log(100.0)
 _NEVER = 1e7  # radians of the slowest motion between visits: no run has one
 _TOUCHES = 1e-9  # least share of a direction in an elongation
 _NOTHING = 1e-200  # of a stiffness, from which the search for one begins
-_TRIED, _LEAST_KEPT = 4096, 0.01  # draws, and the share that must be kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,18 +68,14 @@ class Loose:
 
     def drawn(self, normals: np.random.Generator, count: int) -> tuple[Floats, Floats]:
         """x and v of some paths."""
-        x, missing = np.zeros((count, self.rest.size)), np.ones(count, bool)
-        while missing.any():
-            tried, kept = self._tried(normals, count)
-            found = missing & kept
-            x[found], missing = tried[found], missing & ~found
+        x = drawn_until_kept(lambda: self._tried(normals, count))
         v = normals.standard_normal((count, self.speeds.shape[1])) @ self.speeds.T
         loose = normals.standard_normal((count, self.own_speeds.size)) * self.own_speeds
         return x, v + loose @ self.directions.T
 
     def kept(self) -> float:
         """The share of draws that all walls allow, about."""
-        return float(self._tried(np.random.Generator(np.random.Philox(0)), _TRIED)[1].mean())
+        return float(self._tried(np.random.Generator(np.random.Philox(0)), TRIED)[1].mean())
 
     def _tried(self, normals: np.random.Generator, count: int) -> tuple[Floats, Floats]:
         """Held masses by their linear law, the others anywhere between their walls; and whether all walls allow it."""
@@ -88,6 +85,16 @@ class Loose:
             low, high = _room(self.inward, self.least, x, direction)
             x = x + (low + share * (high - low))[:, None] * direction
         return x, np.asarray((x @ self.inward.T >= self.least).all(axis=1))
+
+
+def drawn_until_kept(tried: Callable[[], tuple[Floats, npt.NDArray[np.bool_]]]) -> Floats:
+    """Rows, each of the first draw that is kept of it; a draw of all of them says which are."""
+    x, kept = tried()
+    while not kept.all():
+        again, found = tried()
+        found &= ~kept
+        x[found], kept = again[found], kept | found
+    return x
 
 
 def _room(inward: Floats, least: Floats, x: Floats, direction: Floats) -> tuple[Floats, Floats]:
@@ -149,7 +156,7 @@ def loose_masses(
     found = Loose(
         points, 1.0 / min(visits), rest, places, speeds, directions, np.array(own_speeds), inward, least
     )  # fmt: skip
-    return found if found.kept() > _LEAST_KEPT else None
+    return found if found.kept() > LEAST_KEPT else None
 
 
 def _separate(rows: list[Floats], size: int) -> Floats:

@@ -29,10 +29,9 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 from numba import njit
-from numba.core.errors import NumbaError
 
 from springpot.machine.arguments import LARGEST, checked_name, finite_number, without_axis
-from springpot.machine.faults import cause_of, shown
+from springpot.machine.faults import shown
 from springpot.problem.catalogue import LEVELS, unit_of_result
 from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.kept import Code
@@ -44,7 +43,7 @@ from springpot.simulation.lowering.outputs import roughness_in_steps
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.signals import Signal
-from springpot.simulation.watch.observables import is_taken
+from springpot.simulation.watch.observables import compiled_of, is_taken
 from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
 from springpot.simulation.watch.requested import Observed, Request
 
@@ -318,13 +317,8 @@ def _compiled_of_observable(name: str, function: Callable[..., float]) -> tuple[
     def shift(t, x, v, sign, omega, root):
         return 0.5 * abs(inner(t, x, v + root) - inner(t, x, v - root))
 
-    try:
+    with compiled_of(f"first_passage of {name!r} must be of a function of (t, x, v)"):
         return _compiled(value, shift, None, timed=True)
-    except (NumbaError, TypeError) as reason:
-        raise ValueError(
-            f"first_passage of {name!r} must be of a function of (t, x, v) that Numba can compile to a real number: "
-            f"{cause_of(reason)}"
-        ) from reason
 
 
 @njit(**INLINE)

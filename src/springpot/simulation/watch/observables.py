@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -111,15 +112,19 @@ def mean_of(
         words = [*inspect.signature(own).parameters]
         if motion.arguments or any(word.endswith("_impact_speed") for word in words):  # else of one mass any name
             signal = replace(signal, stop=stops[_arguments(name, own, stops, most=1)[0]])
-    try:
+    with compiled_of(f"observable {name!r} must be a function of {wanted}"):
         compiled = _on_steps_of(own, takes, most or _SUM, most > 0) if kind == "state" else _on_impacts_of(own)
-    except (NumbaError, TypeError) as reason:
-        raise ValueError(
-            f"observable {name!r} must be a function of {wanted} that Numba can compile to a real number: "
-            f"{cause_of(reason)}"
-        ) from reason
     on_steps, on_impacts = (compiled, None) if kind == "state" else (None, compiled)
     return Observer(signal, on_steps, on_impacts, np.zeros((), _LAYOUT), of_paths=("sum",))
+
+
+@contextmanager
+def compiled_of(must: str) -> Iterator[None]:
+    """Say what the function of a user must be, if Numba does not compile it."""
+    try:
+        yield
+    except (NumbaError, TypeError) as reason:
+        raise ValueError(f"{must} that Numba can compile to a real number: {cause_of(reason)}") from reason
 
 
 def _arguments(name: str, function: Callable[..., float], known: Iterable[str], most: int = 0) -> list[str]:
