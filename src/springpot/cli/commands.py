@@ -475,7 +475,7 @@ app.command(
     "Example: springpot design device.toml --minimize c --below impact_rate 0.2",
 )
 app.command(
-    "springpot.cli.scattering:scatter",
+    "springpot.cli.designing:scatter",
     name="scatter",
     help="Scatter: how results differ from device to device, and which uncertain numbers matter.\n\n"
     "Example: springpot scatter device.toml --quantities impact_rate --limit impact_rate 3",

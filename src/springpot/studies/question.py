@@ -43,8 +43,9 @@ from springpot.studies.tables import (
     MonteCarlo,
     Strict,
     of_either,
+    sentence,
+    unknown_key,
 )
-from springpot.studies.wording import sentence, unknown_key
 from springpot.theory.registry import METHODS
 
 MOST_TASKS = 10_000_000

@@ -77,7 +77,7 @@ class Loose:
         """The share of draws that all walls allow, about."""
         return float(self._tried(np.random.Generator(np.random.Philox(0)), TRIED)[1].mean())
 
-    def _tried(self, normals: np.random.Generator, count: int) -> tuple[Floats, Floats]:
+    def _tried(self, normals: np.random.Generator, count: int) -> tuple[Floats, npt.NDArray[np.bool_]]:
         """Held masses by their linear law, the others anywhere between their walls; and whether all walls allow it."""
         x = self.rest + normals.standard_normal((count, self.places.shape[1])) @ self.places.T
         chance = normals.random((count, self.own_speeds.size))
