@@ -287,11 +287,11 @@ def _extreme(name: str, unit: str, said: str) -> Quantity:
     )  # fmt: skip
 
 
-def _profile(of: str, unit: str, said: str, where: Callable[[System], bool] | None = None) -> Quantity:
+def _profile(of: str, unit: str, said: str, **more: Any) -> Quantity:
     given = _asked_of(of, "profile", " with `slowest_counted_impact=`" * ("counted" in of))
     return Quantity(
         f"{of}_profile", unit, f"{said} in each bin of time", dimensions=("time_bin",),
-        of=_with("stop") if "impact" in of else _always, **given | ({"where": where} if where else {}),
+        of=_with("stop") if "impact" in of else _always, **given | more,
     )  # fmt: skip
 
 
@@ -471,9 +471,9 @@ CATALOGUE = (
     _profile("counted_impact_rate", "s-1", "rate of impacts that are not slower than a speed"),
     _profile("counted_impact_speed_mean", "m s-1", "mean speed of impacts that are not slower than a speed"),
     _profile("impact_power", "W", "power that rigid walls take, if all have one constant restitution"),
-    _profile("damping_power", "W", "power that dampers and memory take", _always),
+    _profile("damping_power", "W", "power that dampers and memory take", where=_always),
     _profile("input_power", "W", "power that excitations feed in; of white noise and impulses its mean, known "
-             "beforehand", _always),
+             "beforehand", where=_always),
     *(_profile(entry.name, entry.unit, entry.meaning) for entry in _moments(_AT)),
     _profile(f"{_PAIRS}elongation_mean", "m", "mean difference of their displacements"),
     _profile(f"{_PAIRS}elongation_mean_square", "m2", "mean square of the difference of their displacements"),
