@@ -181,10 +181,6 @@ def _is_single(system: System) -> bool:
     return len(system.points) == 1
 
 
-def _is_between(part: Part) -> bool:
-    return part.has_ends
-
-
 def _always(_: System | Part) -> bool:
     return True
 
@@ -201,16 +197,8 @@ def _has_coil(part: Part) -> bool:
     return part.of_load == "current"
 
 
-def _is_one_of_coils(part: Part) -> bool:
-    return _has_coil(part) and part.together is not part
-
-
 def _is_soft(part: Part) -> bool:
     return part.soft_stop is not None
-
-
-def _is_rigid(part: Part) -> bool:
-    return "stop" in part.powers and part.soft_stop is None
 
 
 def _has_force(part: Part) -> bool:
@@ -346,7 +334,7 @@ _MOVING = "x", "elongation"
 ASKED = (
     *(Quantity(name, unit, "", where=_is_single) for name, unit in LEVELS.items()),
     *(Quantity(f"{_AT}{name}", LEVELS[name], "", where=_is_several) for name in _OF_A_MASS),
-    *(Quantity(f"{of}{name}", "m", "", of=_is_between, where=_is_several)
+    *(Quantity(f"{of}{name}", "m", "", of=lambda part: part.has_ends, where=_is_several)
       for of in (_OF, _PAIRS) for name in ("elongation", "distance")),
     Quantity("impact_speed", "m s-1", "", of=_with("stop"), where=_is_single),
     Quantity(f"{_OF}impact_speed", "m s-1", "", of=_with("stop"), where=_is_several),
@@ -397,7 +385,7 @@ CATALOGUE = (
              "of each circuit with a coil, without thermal noise", **_CIRCUITS | {"of": _has_coil}),
     Quantity("<part>_current_of_one_mean_square", "A2", "mean square current of one of several equal coils",
              r"\langle I^2\rangle / n^2", "of each circuit with a coil and `count=`, without thermal noise",
-             **_CIRCUITS | {"of": _is_one_of_coils}),
+             **_CIRCUITS | {"of": lambda part: _has_coil(part) and part.together is not part}),
     Quantity("harvested_power", "W", "power that all circuits deliver", r"\sum\langle V^2\rangle / R",
              "with circuits, without thermal noise", **_CIRCUITS),
     Quantity("contact_share", "1", "share of the time in which a contact is touched", **_SOFT),
@@ -451,7 +439,8 @@ CATALOGUE = (
                dimensions=dimensions, of=has, **_on_request("forces", more))
       for what, unit, said, has in (
           ("peak_force", "N", "the largest force of each touch of a soft contact", _is_soft),
-          ("impulse", "N s", "the impulse of each impact on a rigid wall", _is_rigid))
+          ("impulse", "N s", "the impulse of each impact on a rigid wall",
+           lambda part: "stop" in part.powers and not _is_soft(part)))
       for ending, power, words, more, dimensions in (
           ("mean", 1, "mean of", "", ()), ("mean_square", 2, "mean square of", "", ()),
           ("density", -1, "probability density of", " with `distributions=`", (f"{_OF}{what}_bin",)),

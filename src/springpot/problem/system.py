@@ -79,6 +79,16 @@ def usual_names(kinds: Sequence[str]) -> list[str]:
     ]
 
 
+def _by_name(kind: type[Kind], said: str) -> cached_property[dict[str, Kind]]:
+    """A property of systems: the parts of a kind by name, in the order given."""
+
+    def parts_of(system: System) -> dict[str, Kind]:
+        return {name: part for name, part in system.named() if isinstance(part, kind)}
+
+    parts_of.__doc__ = said
+    return cached_property(parts_of)
+
+
 @dataclass(frozen=True, init=False)
 class System:
     """One mass on one coordinate x, or several, with the parts that act on them.
@@ -313,63 +323,19 @@ class System:
         """The name of one of its parts."""
         return next(name for name, own in (*self.named(), *self.stated()) if own is part)
 
-    def _by_name(self, kind: type[Kind]) -> dict[str, Kind]:
-        return {name: part for name, part in self.named() if isinstance(part, kind)}
-
-    @cached_property
-    def elements(self) -> dict[str, Element]:
-        """Its parts with two ends by name, in the order given."""
-        return self._by_name(Element)
-
-    @cached_property
-    def stops(self) -> dict[str, Stop]:
-        """Its walls and contacts by name, in the order given."""
-        return self._by_name(Stop)
-
-    @cached_property
-    def walls(self) -> dict[str, Barrier]:
-        """Its rigid walls by name."""
-        return self._by_name(Barrier)
-
-    @cached_property
-    def contacts(self) -> dict[str, Contact]:
-        """Its soft contacts by name."""
-        return self._by_name(Contact)
-
-    @cached_property
-    def springpots(self) -> dict[str, Springpot]:
-        """By name, of any order; not those in series with a spring."""
-        return self._by_name(Springpot)
-
-    @cached_property
-    def excitations(self) -> dict[str, Excitation]:
-        """By name, in the order given."""
-        return self._by_name(Excitation)
-
-    @cached_property
-    def constants(self) -> dict[str, Constant]:
-        """Its constant forces by name."""
-        return self._by_name(Constant)
-
-    @cached_property
-    def records(self) -> dict[str, RecordedExcitation]:
-        """Its recorded excitations by name."""
-        return self._by_name(RecordedExcitation)
-
-    @cached_property
-    def densities(self) -> dict[str, SpectralExcitation]:
-        """Its noises of a given spectral density, by name."""
-        return self._by_name(SpectralExcitation)
-
-    @cached_property
-    def circuits(self) -> dict[str, Circuit]:
-        """By name, in the order given."""
-        return self._by_name(Circuit)
-
-    @cached_property
-    def multiplied(self) -> dict[str, ParametricNoise]:
-        """Its noises that multiply elongations, by name."""
-        return self._by_name(ParametricNoise)
+    elements = _by_name(Element, "Its parts with two ends by name, in the order given.")
+    stops = _by_name(Stop, "Its walls and contacts by name, in the order given.")
+    walls = _by_name(Barrier, "Its rigid walls by name.")
+    contacts = _by_name(Contact, "Its soft contacts by name.")
+    springpots = _by_name(Springpot, "By name, of any order; not those in series with a spring.")
+    excitations = _by_name(Excitation, "By name, in the order given.")
+    constants = _by_name(Constant, "Its constant forces by name.")
+    records = _by_name(RecordedExcitation, "Its recorded excitations by name.")
+    densities = _by_name(SpectralExcitation, "Its noises of a given spectral density, by name.")
+    circuits = _by_name(Circuit, "By name, in the order given.")
+    multiplied = _by_name(ParametricNoise, "Its noises that multiply elongations, by name.")
+    masses = _by_name(Mass, "The masses by name, that of each as a part.")
+    combined = _by_name(Point, "The points that move as masses do together, by name, that of each as a part.")
 
     @cached_property
     def thermal(self) -> ThermalNoise | None:
@@ -380,16 +346,6 @@ class System:
     def temperature(self) -> float:
         """kT of that noise, an energy in J; 0 without it."""
         return self.thermal.temperature if self.thermal else 0.0
-
-    @cached_property
-    def masses(self) -> dict[str, Mass]:
-        """The masses by name, that of each as a part."""
-        return self._by_name(Mass)
-
-    @cached_property
-    def combined(self) -> dict[str, Point]:
-        """The points that move as masses do together, by name, that of each as a part."""
-        return self._by_name(Point)
 
     @property
     def counts(self) -> dict[str, int]:

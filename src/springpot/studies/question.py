@@ -335,8 +335,9 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
     else:
         title = f"study file {str(source)!r}"
         content = read_toml(source, title)
-    asked = content.get("exceedance")
-    if "quantities" not in content and _only_exceedance(content.get("methods")) and isinstance(asked, Mapping):
+    asked, methods = content.get("exceedance"), content.get("methods")
+    alone = isinstance(methods, list) and methods == ["exceedance"]
+    if "quantities" not in content and alone and isinstance(asked, Mapping):
         content = {**content, "quantities": [f"{name}_return_period" for name in asked.get("levels") or ["x"]]}
     if "system" in content:
         folder = Path() if isinstance(source, Mapping) else Path(source).parent
@@ -360,10 +361,6 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
         raise FileError(f"{title} is not right: {' '.join(sentence(error).split())}") from None
     except FileError as fault:
         raise FileError(f"{title} is not right: {fault}") from None
-
-
-def _only_exceedance(methods: object) -> bool:
-    return isinstance(methods, list) and methods == ["exceedance"]
 
 
 def _read_system(given: object, folder: Path, title: str) -> System:
