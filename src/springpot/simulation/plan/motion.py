@@ -271,7 +271,7 @@ class Motion:
         --------
         >>> from springpot.simulation.plan.motions import motion_of
         >>> from springpot.problem.parts import Spring, WhiteNoise
-        >>> motion_of(System(Spring(1.0), WhiteNoise(1.0))).seen_by_name("spring_force", "forces").names
+        >>> motion_of(System(Spring(1.0), WhiteNoise(1.0))).signal_by_name("spring_force", "forces").names
         {'x': 'spring_force'}
         """
         moving = {} if forces_only else {own: signal for own, (kind, signal) in self.levels.items() if kind == "x"}
