@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from benchmarks.equal_error import METHODS, OURS, QUANTITIES, RTOL, TARGETS, section_of
 from benchmarks.measure import Row
 from springpot.figures.style import COLORS, save
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["ABOUT_MEASURED", "draw_times", "lead"]
 
@@ -106,6 +107,8 @@ def draw_times(rows: Sequence[Row], path: Path) -> Path | None:
     times = _times(rows)
     if not any(section.startswith("equal error") for section, _ in times):
         return None
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(8.0, 6.2), layout="constrained")
     sizes = [len(methods) for methods in METHODS.values()]
     panels = figure.subplots(2, 3, sharex=True, height_ratios=sizes, squeeze=False)

@@ -7,14 +7,15 @@ from collections.abc import Sequence
 from dataclasses import asdict, fields
 from itertools import groupby
 from pathlib import Path
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from benchmarks.equal_error import is_time
 from benchmarks.equal_error_report import ABOUT_MEASURED, lead
 from benchmarks.measure import LIMIT, Row
 from springpot.figures.style import COLORS, save
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["draw", "joined", "measured_later", "page", "read", "text", "write"]
 
@@ -245,6 +246,8 @@ def page(rows: Sequence[Row]) -> str:
 
 def draw(rows: Sequence[Row], path: Path) -> Path:
     """Two panels: time over springpot's, and where a path-step goes."""
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(8.0, 7.0), layout="constrained")
     above, below = figure.subplots(2, 1, height_ratios=[3.0, 1.2])
     _ratios(above, rows)

@@ -15,11 +15,10 @@ import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from scipy import optimize
 
 from benchmarks.measure import folder_for
@@ -31,6 +30,9 @@ from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.plan import plan_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["CASES", "Case", "Change", "Order", "change", "draw", "measure", "orders", "read", "text", "write"]
 
@@ -271,6 +273,8 @@ def text(changes: Sequence[Change]) -> str:
 def draw(changes: Sequence[Change], path: Path) -> Path:
     """One panel for each case, and one for the legend."""
     cases = list(dict.fromkeys(c.case for c in changes))
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(10.0, 6.6), layout="constrained")
     panels = figure.subplots(2, 3, sharex=True, sharey=True).ravel()
     fits = {(fit.case, fit.quantity): fit for fit in orders(changes)}

@@ -130,6 +130,7 @@ def test_every_section_runs_to_its_end(section) -> None:  # type: ignore[no-unty
         assert row.ratio_to != LIMIT or 0.0 < (row.ratio or 0.0) <= 1.0, row
 
 
+@pytest.mark.validation  # every day: the quick sections, above
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
 def test_the_smallest_parts_of_the_other_sections_run(tmp_path) -> None:  # type: ignore[no-untyped-def]
     assert [row.ratio for row in systems(True, {"oscillator": Oscillator()})] == [1.0]

@@ -38,17 +38,22 @@ def modules() -> dict[str, Path]:
 def statements(body: Iterable[ast.AST], types: bool) -> Iterator[ast.AST]:
     """Every statement, at the top or within others, those for types only if asked for; expressions import nothing."""
     for node in body:
-        if not types and isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+        if not types and isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
             continue
         yield node
         for field in ("body", "orelse", "handlers", "finalbody", "cases"):
             yield from statements(getattr(node, field, ()), types)
 
 
+@cache
+def parsed(file: Path) -> ast.Module:
+    return ast.parse(file.read_text(encoding="utf-8"))
+
+
 def imports(file: Path, known: dict[str, Path], types: bool) -> set[str]:
     """Modules of the library that a file imports, at its top or inside a function; if asked for, for types too."""
     found: set[str] = set()
-    for node in statements(ast.parse(file.read_text(encoding="utf-8")).body, types):
+    for node in statements(parsed(file).body, types):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:

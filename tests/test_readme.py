@@ -10,7 +10,6 @@ import re
 import tomllib
 from pathlib import Path
 
-import matplotlib.image
 import numpy as np
 import pytest
 
@@ -79,7 +78,9 @@ def test_the_examples_print_and_draw_what_they_say(example: str, output: str, tm
         exec(example, names)
     assert same_on_other_processors(printed.getvalue(), output)
     for picture in tmp_path.glob("*.png"):
-        made, kept = (matplotlib.image.imread(place) for place in (picture, ROOT / "docs" / "images" / picture.name))
+        from matplotlib.image import imread
+
+        made, kept = (imread(place) for place in (picture, ROOT / "docs" / "images" / picture.name))
         assert made.shape == kept.shape
         assert np.mean(np.abs(made - kept)) < 0.01  # on other processors and with other fonts a few points differ
     warnings = getattr(names.get("run"), "warnings", ())

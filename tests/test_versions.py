@@ -75,6 +75,7 @@ def test_one_result_beyond_four_errors_is_named(tmp_path: Path, capsys: Any) -> 
     assert "wall 20: x_mean_square" in told
 
 
+@pytest.mark.validation  # every day: a run goes on where it was stopped, below
 def test_the_systems_are_the_same_each_time_and_each_is_another() -> None:
     first, second = list(cases(2)), list(cases(2))
     assert [each.digest for each in first] == [each.digest for each in second]

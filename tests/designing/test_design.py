@@ -253,6 +253,7 @@ def test_what_is_maximized_without_limits_is_that_of_the_closed_form() -> None:
     assert "gain: 0.386745 m2 s-3" in found.report()
 
 
+@pytest.mark.validation  # every day: a maximum without limits, and limits, in this file
 def test_a_gain_within_a_limit_ends_at_the_limit() -> None:
     """The power rises with R up to 0.707 ohm: the largest R at which it is less than at 0.4 ohm."""
     model = harvester(sp.free("R", 0.2, (0.05, 0.6)))

@@ -107,6 +107,7 @@ def test_limits_hold_as_often_as_is_promised_and_cost_little(slope: float, expec
     assert np.mean(costs) < 1.022
 
 
+@pytest.mark.validation  # every day: limits hold and cost little, above
 @pytest.mark.parametrize("seeds", [20, validation(80)])
 def test_a_rate_that_hardly_depends_on_its_damper_costs_little_too(seeds: int) -> None:
     """One per mille of C^-0.03 is 3 % of the cost; without the slope that several places show it was 5 % too much."""

@@ -52,6 +52,7 @@ def test_theory_away_from_power_laws_equals_the_derivative_of_the_closed_form() 
     assert row["spring_stiffness"] == pytest.approx(0.5 * (1.0 + exact), abs=1e-6)
 
 
+@pytest.mark.validation  # every day: the example of `sp.sensitivity`
 def test_monte_carlo_has_the_exponents_within_three_standard_errors() -> None:
     wall = sp.Oscillator(natural_frequency=2.0, springpot=sp.Springpot(1.0, 0.4), excitation=sp.WhiteNoise(3.0))
     found = sp.sensitivity(wall, [*EXPONENTS], method="monte_carlo", paths=1000, duration=30.0, step=0.025)

@@ -7,11 +7,10 @@ import math
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 import springpot as sp
 from springpot import cli
@@ -35,6 +34,9 @@ from springpot.theory.registry import METHODS
 from springpot.theory.result import MOMENTS
 from tests.simulation.problems import oscillator
 from tests.sizes import validation
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def test_gaps_are_per_cent_and_standard_errors_of_the_same_numbers() -> None:
@@ -294,6 +296,7 @@ def test_units_do_not_matter_to_trust() -> None:
         assert trust(other, method).gaps == pytest.approx(trust(unit, method).gaps)
 
 
+@pytest.mark.validation  # every day: transients, in theory/test_transients.py
 @pytest.mark.parametrize(
     ("order", "position", "restitution"), [validation(0.5, 0.0, 1.0), validation(0.5, -1.0, 1.0), (0.7, 0.5, 0.8)]
 )

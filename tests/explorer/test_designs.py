@@ -38,6 +38,7 @@ def in_units_of_a_device(page: Page) -> None:
         page.locator(f"#unit-{name}").select_option(unit)
 
 
+@pytest.mark.validation  # every day: millimetres, hertz and densities, in this file
 def test_numbers_in_metres_stay_whole(device: Tab) -> None:
     """A power of ten common to a column, and one for a number and its error."""
     page = device.page

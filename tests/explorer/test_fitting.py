@@ -168,6 +168,7 @@ def send(page: Tab, text: str, name: str = "a.csv") -> None:
         page.say(kind="data", name=name, part=part, of=len(pieces), text=piece)
 
 
+@pytest.mark.validation  # every day: a closed tab, in test_server.py
 def test_slow_work_of_one_tab_keeps_no_other_waiting_and_ends_with_it(rubber: Server) -> None:
     with tab(rubber) as slow:
         slow.say(kind="problem", generation=1, paths=64)

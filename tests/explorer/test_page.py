@@ -372,6 +372,7 @@ def test_a_chart_tells_its_numbers(tab: Tab) -> None:
     tab.page.locator("#growth .tip").wait_for(state="hidden")
 
 
+@pytest.mark.validation  # every day: each slider moves its number and asks, in this file
 def test_a_click_on_the_curve_moves_the_order(tab: Tab) -> None:
     over = tab.page.locator("#curve .u-over")
     box = over.bounding_box()

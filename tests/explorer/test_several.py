@@ -66,6 +66,7 @@ def test_the_systems_of_the_shelf_have_all_that_the_page_shows(place: str) -> No
     assert solve(cases[-1].system, "linear")[0] is not None  # without its walls
 
 
+@pytest.mark.validation  # every day: a grown ensemble, in test_systems.py
 @UNSTEADY
 def test_numbers_and_densities_of_an_ensemble_are_those_of_the_run() -> None:
     system = chain()
@@ -97,6 +98,7 @@ def test_growth_is_the_mean_over_recorded_paths() -> None:
         np.testing.assert_allclose(mean[:, at], squares[:, begin:end].mean(axis=1), rtol=0.05)
 
 
+@pytest.mark.validation  # every day: of both walls, in test_systems.py
 @UNSTEADY
 def test_the_shown_path_is_that_of_the_run_and_strikes_where_it_counts() -> None:
     system, given = chain(), {"paths": 64, "seed": 2, "duration": 4.0, "window": (0.0, 4.0)}

@@ -37,8 +37,6 @@ FILES = sorted(FOLDER.glob("*.toml"))
 USUAL = FOLDER / "two_walls.toml"
 QUICK = "paths=128"
 
-everyday_one = [file if file == USUAL else validation(file) for file in FILES]
-
 
 def asked(**numbers: float) -> Problem:
     return Problem(numbers={name.replace("__", "-"): value for name, value in numbers.items()})
@@ -235,7 +233,8 @@ def shown(tab: Tab) -> dict[str, float]:
     return {name: float(value) if value else math.nan for name, value in found}
 
 
-@pytest.mark.parametrize("file", everyday_one, ids=lambda file: file.stem)
+@pytest.mark.validation  # every day: of several masses, in test_several.py
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_the_page_shows_the_numbers_of_simulate(context: BrowserContext, usual: Server, file: Path) -> None:
     """And its sliders are those of the file; a slider changes the numbers as Python does; the file comes back whole."""
     system = sp.read_system(file)

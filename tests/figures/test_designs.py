@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
 
 import springpot as sp
 from springpot.figures import COLORS
 from springpot.figures.designs import CYCLE
 from springpot.figures.style import panel
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 WIDE, NARROW = (
     sp.Oscillator(springpot=sp.Springpot(1.0, damping), barrier=sp.Barrier(-0.2, 1.0)) for damping in (0.3, 3.0)

@@ -7,12 +7,10 @@ import re
 import sys
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 import springpot as sp
 from springpot import figures
@@ -21,6 +19,9 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.simulation import Run
 from tests.simulation.problems import oscillator
 from tests.sizes import validation
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 FREQUENCIES = np.linspace(0.5, 2.4, 12)
 
@@ -97,6 +98,8 @@ def marks(axes: Axes) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.nd
 
 @pytest.mark.parametrize("name", list(DRAWN))
 def test_a_picture_is_drawn_where_it_should_be_and_has_units(name: str) -> None:
+    from matplotlib.figure import Figure
+
     given = Figure().subplots()
     assert DRAWN[name](given) is given
     own = DRAWN[name](None)

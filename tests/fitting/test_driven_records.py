@@ -227,6 +227,7 @@ def test_two_masses_seen_at_two_points_on_a_shaken_ground() -> None:
         assert found.errors[name] < 0.05 * value
 
 
+@pytest.mark.validation  # every day: two masses on a shaken ground, above
 def test_an_accelerometer_on_a_shaken_table() -> None:
     rng = np.random.default_rng(6)
     ground = np.convolve(rough_force(1204, rng), np.ones(5) / 5.0, "valid")
@@ -256,7 +257,9 @@ def test_numbers_that_leave_the_path_as_it_is_are_named() -> None:
 
 
 @pytest.mark.parametrize("kind", ["linear", validation("duffing")])
-@pytest.mark.parametrize(("factor", "words"), [(-1.0, "check the sign of the input"), (1000.0, "check the units")])
+@pytest.mark.parametrize(
+    ("factor", "words"), [(-1.0, "check the sign of the input"), validation(1000.0, "check the units")]
+)
 def test_a_wrong_sign_or_unit_is_named(factor: float, words: str, kind: str) -> None:
     data = twin(kind, 12, 400)
     wrong = sp.MeasuredRecord(data.time, factor * data.values, input=data.input, start="rest", interpolation="linear")

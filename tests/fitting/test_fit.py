@@ -229,7 +229,7 @@ def exact_correlation(system: sp.System, step: float, samples: int) -> Floats:
     return correlation
 
 
-@pytest.mark.parametrize(("order", "noise"), [(0.3, 0.0), (0.3, 0.05), validation(0.6, 0.05)])
+@pytest.mark.parametrize(("order", "noise"), [validation(0.3, 0.0), (0.3, 0.05), validation(0.6, 0.05)])
 def test_the_likelihood_of_a_record_is_that_of_its_exact_correlation(order: float, noise: float) -> None:
     system = sp.System(sp.Spring(4.0), sp.Springpot(order, 0.4), sp.WhiteNoise(1.0))
     step, samples = 0.1, 300
@@ -302,7 +302,7 @@ def test_a_record_gives_back_its_numbers_and_its_noise() -> None:
     assert again.values == found.values
 
 
-@pytest.mark.parametrize(("decimals", "rounding"), [(3, 1e-3 / 12.0**0.5), (None, 1e-8)])
+@pytest.mark.parametrize(("decimals", "rounding"), [(3, 1e-3 / 12.0**0.5), validation(None, 1e-8)])
 def test_a_record_without_noise_says_so_and_has_the_errors_of_one(decimals: int | None, rounding: float) -> None:
     """A noise of 2e-5 +- 0.006 was found, and the errors of the others were too large."""
     true, model = oscillating()

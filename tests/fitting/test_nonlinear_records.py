@@ -17,6 +17,7 @@ from springpot.fitting.nonlinear_records import NonlinearRecordLikelihood, equiv
 from springpot.fitting.state_space import state_space
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
+from tests.sizes import validation
 
 STEP = 0.01
 TRUTH = {"k": 40.0, "order": 0.5, "C": 3.0, "gap": -0.08, "r": 0.7, "q": 12.0}
@@ -173,7 +174,7 @@ def counted(samples: Floats, seen: int, noise: float, gap: float, particles: int
     return total
 
 
-@pytest.mark.parametrize(("seen", "noise", "within"), [(0, 0.002, 0.3), (0, 0.01, 0.4), (1, 0.02, 0.8)])
+@pytest.mark.parametrize(("seen", "noise", "within"), [(0, 0.002, 0.3), validation(0, 0.01, 0.4), (1, 0.02, 0.8)])
 def test_the_likelihood_is_that_of_many_paths(seen: int, noise: float, within: float) -> None:
     """Twelve samples about an impact; of velocities a part of the law is not normal.
 
@@ -243,7 +244,7 @@ def struck(**more: Any) -> sp.System:
 
 
 @pytest.mark.parametrize(
-    ("noise", "bounds"), [(1e-6, (-0.3, -0.005)), (0.0, (-0.3, -0.005)), (None, (-1000.0, 1000.0))],
+    ("noise", "bounds"), [(1e-6, (-0.3, -0.005)), validation(0.0, (-0.3, -0.005)), validation(None, (-1000.0, 1000.0))],
     ids=["small noise", "none", "wide bounds"],
 )  # fmt: skip
 def test_a_gap_has_an_error_that_holds(noise: float | None, bounds: tuple[float, float]) -> None:
@@ -286,17 +287,23 @@ def test_a_search_goes_round_numbers_without_a_stationary_state() -> None:
         assert 0.0 <= fit.values["k3"] < 4.0 * fit.errors["k3"] + 1.0
 
 
-def test_few_impacts_and_a_small_restitution_are_said() -> None:
+@pytest.mark.validation  # every day: that of few impacts, below
+def test_a_small_restitution_is_said() -> None:
     data, _ = record(twins(wall, "x", 1, 10.0, 2.5e-4, 5)[0], 5)
     fit = sp.fit(struck(r=0.2), data)
     assert any(said.endswith("follow each other within a sample, and this fit is inexact.") for said in fit.warnings)
     found = sp.fit(struck(r=sp.free("r", 0.2, (0.05, 0.25))), data)
     assert any("this fit finds it too low by up to a half" in said for said in found.warnings)
+
+
+def test_few_impacts_are_said() -> None:
+    data, _ = record(twins(wall, "x", 1, 10.0, 2.5e-4, 5)[0], 5)
     short = sp.MeasuredRecord(data.time[:60], data.values[0, :60], noise=0.002)
     few = [said for said in sp.fit(struck(r=0.7), short).warnings if "impacts" in said]
     assert [said.split(" has ")[0] for said in few] == ["The record"]
 
 
+@pytest.mark.validation  # every day: a short record with a wall, above
 def test_two_walls_are_mirror_images() -> None:
     data, _ = record(twins(wall, "x", 1, 10.0, 2.5e-4, 5)[0], 5)
     mirrored = sp.MeasuredRecord(data.time, -data.values)

@@ -11,6 +11,7 @@ from scipy import special
 import springpot as sp
 from springpot.fitting.likelihood import slopes
 from springpot.fitting.relaxation import SteppedLikelihood, stepped
+from tests.sizes import validation
 
 TIME = np.geomspace(1e-5, 1e5, 11)
 POT = sp.Springpot(0.3, 2.0)
@@ -88,7 +89,7 @@ def measured(creep: bool, seed: int, error: float | None = None) -> Any:
     return sp.MeasuredCreep(time, values, error) if creep else sp.MeasuredRelaxation(time, values, error)
 
 
-@pytest.mark.parametrize("creep", [False, True], ids=["relaxation", "creep"])
+@pytest.mark.parametrize("creep", [False, validation(True)], ids=["relaxation", "creep"])
 def test_the_numbers_are_found(creep: bool) -> None:
     fit = sp.fit(FREE, measured(creep, 1))
     for name, value in TRUE.items():

@@ -106,6 +106,7 @@ def test_a_record_gives_back_its_numbers() -> None:
     assert near(sp.fit(FREE, sp.MeasuredRecord(run.time[late], run.record[:, late, 1, 0], at="b", noise=0.0)))
 
 
+@pytest.mark.validation  # every day: statistics of one mass, in test_statistics.py
 def test_statistics_of_points_give_back_their_numbers(tmp_path: Path) -> None:
     """The 0.9 quantile of a normal displacement is at 1.2816 standard deviations."""
     linear = sp.theory.linear(model())

@@ -42,6 +42,7 @@ def test_draws_have_the_covariance_of_the_fit() -> None:
     np.testing.assert_allclose(np.cov(draws.T) / np.outer(size, size), fit.correlations, atol=0.02)
 
 
+@pytest.mark.validation  # every day: correlated numbers, in scattering/test_scatter.py
 def test_they_are_one_input_of_a_scatter() -> None:
     """Its variance is that of linear propagation; without the correlations it would be several times that."""
     fit = fitted()

@@ -61,6 +61,8 @@ def asked_in(text: str) -> dict[int, str]:
     {1: 'number', 2: 'twin'}
     """
     kinds: dict[int, str] = {}
+    if not any(word in text.lower() for word in (_TWIN, _LONE, *_NUMBERED)):
+        return kinds
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.expr | ast.stmt | ast.alias | ast.arg | ast.keyword):
             if any(_TWIN in name.lower() for name in _names(node)):

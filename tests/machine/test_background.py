@@ -20,6 +20,7 @@ from tests.studies.samples import COMMAND, RUNS, lines, write_toml
 pytestmark = needs_signals
 
 
+@pytest.mark.validation  # every day: a page that is ended by a signal, in explorer/test_server.py
 def test_the_page() -> None:
     with in_the_background(), running() as started:
         started.process.send_signal(signal.SIGINT)

@@ -137,6 +137,7 @@ def test_a_killed_figure_goes_on_to_the_same_bytes(points, tmp_path, small_fig2)
     assert files_of(tmp_path) == files_of(small_fig2[0][0].parent)
 
 
+@pytest.mark.validation  # every day: of a map, in evidence/, and interrupted, above
 def test_damage_in_the_record_of_a_figure_costs_the_damaged_points(tmp_path, small_fig2):
     record = tmp_path / "fig2.csv.record"
 

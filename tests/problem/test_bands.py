@@ -126,6 +126,7 @@ def written(folder: Path, f: Any, density: Any) -> Path:
     return place
 
 
+@pytest.mark.validation  # every day: lines are thinned, above; controllers' files, in files/
 def test_a_controllers_file(tmp_path: Path) -> None:
     """3,201 lines from 0 Hz, of which those below 20 Hz are 0."""
     f, density = lines_of(0.625, 120, False, seed=2)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from tests.sizes import validation
 
 BAND = sp.SpectralExcitation.from_psd((5.0, 50.0), 0.01, "g2/Hz")
 
@@ -68,7 +69,7 @@ def test_a_density_of_a_displacement_is_that_of_the_acceleration() -> None:
     assert speed.one_sided(2.0) == pytest.approx(0.5e-4 * (4.0 * math.pi) ** 2)
 
 
-@pytest.mark.parametrize(("kurtosis", "tau"), [(3.0, None), (6.0, 1.5)])
+@pytest.mark.parametrize(("kurtosis", "tau"), [validation(3.0, None), (6.0, 1.5)])
 def test_records_of_noise_have_its_density_and_the_stated_kurtosis(kurtosis: float, tau: float | None) -> None:
     made = sp.noise_records(BAND, 40.0, 200, kurtosis=kurtosis, correlation_time=tau)
     values = np.array(made.values)

@@ -283,6 +283,11 @@ def test_a_problem_in_words_says_the_overall_level_and_the_filter() -> None:
     assert "shake: simulated by a filter of 8 sections whose density is within 0.33 % of it" in said
     pushed = sp.System(*shaken.parts[:3], push=FROM((1, 50), (1, 2), "N2/Hz"))
     assert "overall rms 9.171 N" in sp.explain(pushed)
+
+
+@pytest.mark.validation  # every day: how near a filter is, above
+def test_a_density_that_no_filter_follows_is_said() -> None:
+    shaken = sp.System(sp.Mass(2.0), sp.Spring(8e3), sp.Dashpot(20.0), shake=FROM((10, 2000), 0.02, "g2/Hz"))
     rough = np.random.default_rng(1).lognormal(0.0, 0.5, 200)
     ragged = sp.System(*shaken.parts[:3], FROM(np.geomspace(10.0, 2000.0, 200), rough, "g2/Hz"))
     assert "has a density that no filter of 24 sections follows" in sp.explain(ragged)

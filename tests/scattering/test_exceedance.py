@@ -367,6 +367,7 @@ def test_what_bounds_leave_out_is_told_once() -> None:
     assert "bounds leave out" in found.report()
 
 
+@pytest.mark.validation  # every day: a report with correlated numbers, below
 @pytest.mark.usefixtures("few_devices")
 def test_a_report_where_all_numbers_depend_on_each_other() -> None:
     device = sp.System(
@@ -475,7 +476,7 @@ def test_intervals_hold(known: dict[str, Any]) -> None:
 DAMPED = sp.System(sp.Mass(1.0), sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", 0.1, cov=0.2)), sp.WhiteNoise(0.2))
 
 
-@pytest.mark.validation  # every day: `within` in its example, and what it needs, below
+@pytest.mark.validation  # every day: the example of `exceedance_over_devices`, and what it needs, below
 def test_a_longer_time_is_the_mean_over_devices_and_not_that_of_their_mean() -> None:
     """The rates of devices by the envelope, averaged over the lognormal law of the damping."""
     from scipy.special import ndtri

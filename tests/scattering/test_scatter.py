@@ -107,6 +107,7 @@ def test_two_masses_and_a_table_of_values() -> None:
     assert isinstance(uncertain_numbers(pair)["k"].law, Measured)
 
 
+@pytest.mark.validation  # every day: an order that scatters, above
 def test_a_dashpot_beside_a_springpot_whose_order_scatters() -> None:
     """And springpots of fixed orders: they have rates of their own."""
     system = sp.System(

@@ -71,6 +71,7 @@ def test_what_never_yields_is_a_spring_and_what_always_does_is_friction() -> Non
         assert agrees(one, other.value, other.error)
 
 
+@pytest.mark.validation  # every day: Bouc-Wen, path by path, in test_reference.py
 def test_a_record_of_the_force_follows_the_law_along_the_path() -> None:
     """The force is that of the recorded displacement, step by step, and the area of its loops is the power."""
     oscillators = {"plastic": BILINEAR, "smooth": (*SOFTER[:2], sp.BoucWen(0.9, 0.9, 2.0, 0.8), SOFTER[3])}

@@ -19,6 +19,7 @@ from springpot.simulation.lowering.modulated import Modulation, law_of
 from springpot.simulation.lowering.sources import Filter
 from springpot.simulation.plan.scales import Units
 from tests.kernels import PAIR
+from tests.sizes import validation
 
 ENVELOPE = sp.ExponentialEnvelope(slow=0.2, fast=0.6)
 SHAKEN = sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0, envelope=ENVELOPE)
@@ -179,8 +180,8 @@ def test_profiles_at_a_wall_above_are_mirror_images() -> None:
     "noise",
     [
         sp.WhiteNoise(1.0, on="a", envelope=ENVELOPE),
-        sp.ColoredNoise(1.0, 0.8, on="a", envelope=ENVELOPE),
-        sp.KanaiTajimiNoise(6.0, 0.4, 1.0, on="a", envelope=sp.JenningsHousnerEnvelope(2.0, 5.0, 0.5)),
+        validation(sp.ColoredNoise(1.0, 0.8, on="a", envelope=ENVELOPE)),
+        validation(sp.KanaiTajimiNoise(6.0, 0.4, 1.0, on="a", envelope=sp.JenningsHousnerEnvelope(2.0, 5.0, 0.5))),
         sp.KanaiTajimiNoise(6.0, 0.4, 1.0, on="a", frequency_rate=-0.35, envelope=ENVELOPE),
         sp.PoissonImpulses(2.0, 0.5, on="a", envelope=ENVELOPE),
         sp.ParametricNoise(0.3, between=("ground", "a"), envelope=ENVELOPE),

@@ -99,6 +99,7 @@ def _own(t: float, x: float, v: float) -> float:
     return forces.sum() if abs(x) < 1e3 else math.nan
 
 
+@pytest.mark.validation  # every day: one mass's own forces, in this file
 def test_a_force_of_ones_own_does_what_the_same_parts_do() -> None:
     """Of x and v, with a mass, against the parts themselves: the same noise gives nearly the same paths."""
     given = {"paths": 1024, "step": 0.02, "duration": 40.0, "window": (10.0, 40.0), "start": "rest"}

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 
 import springpot as sp
 from springpot.simulation.kernel.native import FILL_NORMALS, key_words
@@ -28,6 +28,7 @@ from tests.sizes import validation
 from .systems import of_many_kinds
 
 PATHS, STEPS, STEP, SEED = 3, 2000, 0.05, 5
+ONE_OF_THEM = [PATHS - 1, *(validation(path) for path in range(PATHS - 1))]
 DOUBLE = 1e-10  # relative error of the memory, with which all is in double precision
 ROUNDING = 2e-6  # of the normals, which the kernel has in single precision, over the size of the motion
 APART = 5e-3  # what becomes of it in 2,000 steps where impacts and bent springs pull neighbouring paths apart
@@ -163,15 +164,15 @@ def _turning(system: sp.System, **given: Any) -> tuple[float, Ensemble]:
 
 
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
+@pytest.mark.parametrize("path", ONE_OF_THEM)
 @pytest.mark.parametrize("name", OF_TWO)
-def test_two_masses(name: str) -> None:
+def test_two_masses(name: str, path: int) -> None:
     system = two_masses(*OF_TWO[name])
     run, start = _run(system, START), np.array([0.4, 0.3])
     short = simulation_of(plan_of(system, paths=PATHS, duration=STEP * STEPS, step=STEP, start="rest")).substeps
-    for path in range(PATHS):
-        by_hand = walk(system, STEP, STEPS, seed=SEED, path=path, words=WORDS, x=start, substeps=short)
-        bent = by_hand.impacts or any(not part.is_odd or part.is_bent for part in system.elements.values())
-        assert largest_deviation(run, path, by_hand) < (APART if bent else ROUNDING)
+    by_hand = walk(system, STEP, STEPS, seed=SEED, path=path, words=WORDS, x=start, substeps=short)
+    bent = by_hand.impacts or any(not part.is_odd or part.is_bent for part in system.elements.values())
+    assert largest_deviation(run, path, by_hand) < (APART if bent else ROUNDING)
 
 
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
@@ -202,14 +203,14 @@ def test_a_force_of_the_user() -> None:
 @pytest.mark.parametrize(
     "name", ["paper", "gap", "preload", "below", "free", validation("two walls"), validation("many kinds")]
 )  # fmt: skip
-def test_one_mass(name: str) -> None:
+@pytest.mark.parametrize("path", ONE_OF_THEM)
+def test_one_mass(name: str, path: int) -> None:
     """Which turns between the kicks, unless it has contacts."""
     flight, ensemble = _turning(ONE[name])
-    for path in range(PATHS):
-        by_hand = walk(ONE[name], STEP, STEPS, seed=SEED, path=path, words=WORDS, flight=flight, x=0.6)
-        assert largest_deviation(ensemble, path, by_hand) < (
-            APART if name in ("two walls", "many kinds") else 10.0 * ROUNDING
-        )
+    by_hand = walk(ONE[name], STEP, STEPS, seed=SEED, path=path, words=WORDS, flight=flight, x=0.6)
+    assert largest_deviation(ensemble, path, by_hand) < (
+        APART if name in ("two walls", "many kinds") else 10.0 * ROUNDING
+    )
 
 
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
@@ -760,5 +761,5 @@ def test_rate_of_passages() -> None:
     events, rate, shares = observers.passage_rate(passages.times, passages.rate.since, passages.horizon)
     assert events == passages.rate.events > 20
     assert is_close(passages.rate.value, rate)
-    exact = stats.cramervonmises(shares, "uniform").pvalue
+    exact = scipy.stats.cramervonmises(shares, "uniform").pvalue
     assert passages.rate.p_value == pytest.approx(exact, abs=0.01)  # the law in the limit of many

@@ -105,6 +105,7 @@ def test_a_cantilever_without_a_stop_is_as_linear_theory_has_it() -> None:
     check(sp.simulate(shaken, paths=1280, duration=6.0, window=(2.0, 6.0)), wanted, 0.003, 0.03)
 
 
+@pytest.mark.validation  # every day: without a stop; pairs in other coordinates
 def test_a_cantilever_with_a_tip_stop_balances_its_energy() -> None:
     stopped = strip(3, sp.WhiteNoise(1.0, on="ground"), stop=sp.Barrier(-0.002, 0.7, between=("ground", "tip")))
     run = sp.simulate(stopped, paths=640, duration=4.0, window=(1.0, 4.0), record=64)

@@ -48,6 +48,7 @@ def everything(points: str, temperature: float = 0.6) -> sp.System:
     return sp.System(*of_two, *of_three, noise, **walls, **more)
 
 
+@pytest.mark.validation  # every day: thermal pairs, in test_several.py
 @pytest.mark.parametrize(
     ("points", "paths", "precise"),
     [("ab", 640, 0.02), validation("ab", 16384, PRECISE), validation("abc", 16384, PRECISE)],

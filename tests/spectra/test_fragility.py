@@ -83,6 +83,7 @@ def test_capacities_of_a_linear_system_are_limit_over_demand() -> None:
     assert curve.probability([curve.median.value])[0] == pytest.approx(0.5)
 
 
+@pytest.mark.validation  # every day: capacities are limit over demand, above
 def test_a_cloud_and_a_measure_of_ones_own() -> None:
     """With the pseudo-acceleration at its own period a linear system has no dispersion left, nearly."""
     rng = np.random.default_rng(2)
@@ -122,6 +123,7 @@ def test_noise_has_stripes_of_its_own_and_several_limits() -> None:
     assert "brackets hold with 95 %" in str(found)
 
 
+@pytest.mark.validation  # every day: splitting, in simulation/rare
 def test_rare_probabilities_come_from_splitting() -> None:
     """Where both know it, they agree; and one law does not fit 1e-5 to 1."""
     levels, intensities = {"displacement": 0.05}, [1.3, 1.6, 1.9]

@@ -360,6 +360,7 @@ def test_a_given_step_is_not_halved_and_says_what_it_leaves() -> None:
     assert not fine.warnings
 
 
+@pytest.mark.validation  # every day: spectra of noise by theory, in this file
 def test_theory_says_where_its_peaks_may_be_too_high() -> None:
     """The density rises from 2 Hz on: at 2.5 Hz medians are some 15 % too high, at 12 Hz they are right."""
     rising = sp.SpectralExcitation.from_psd((2.0, 20.0, 80.0), (0.001, 0.04, 0.04), "g2/Hz")

@@ -26,6 +26,7 @@ ASKED: dict[str, Any] = {
 }  # fmt: skip
 
 
+@pytest.mark.validation  # every day: a file grows in its store, in this file
 def test_the_devices_are_those_of_a_scatter() -> None:
     data = sp.study(ASKED)["simulation"].to_dataset()
     assert dict(data.sizes) == {"lower_restitution": 2, "draw": 16, "barrier": 2}

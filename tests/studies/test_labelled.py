@@ -119,6 +119,7 @@ def test_the_same_bytes_again_from_adapted_starts(tmp_path: Path) -> None:
     assert content(tmp_path / "1.zarr") == content(tmp_path / "2.zarr")
 
 
+@pytest.mark.validation  # every day: the same bytes again, in this file
 def test_a_study_that_grows_has_none_until_it_is_finished(copy: Path) -> None:
     first = labels(copy)["simulation"].sizes["order"]
     assert not run_study(WIDER, copy, shard=(1, 2)).labelled
@@ -130,6 +131,7 @@ def test_a_study_that_grows_has_none_until_it_is_finished(copy: Path) -> None:
     assert orphans(copy) == []
 
 
+@pytest.mark.validation  # every day: damage is found and mended, in this file
 def test_a_missing_or_changed_answer_makes_it_outdated(copy: Path, whole: Path) -> None:
     replaced(copy, 0, b"")
     assert status(open_store(copy)).labelled == "outdated"

@@ -7,7 +7,6 @@ import itertools
 import numpy as np
 import pytest
 import xarray
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import springpot as sp
 from springpot.figures import plot_study
@@ -130,6 +129,8 @@ def test_long_titles_do_not_reach_their_neighbours() -> None:
     }  # fmt: skip
     asked = {"name": "long", "system": DEVICE, "methods": ["linearization"], "axes": axes}
     figure = plot_study(sp.study({**asked, "quantities": ["x_mean_square"]}, threads=1))
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     boxes = [axes.title.get_window_extent(canvas.get_renderer()) for axes in figure.axes if axes.axison]

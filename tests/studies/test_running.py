@@ -345,6 +345,7 @@ def status_of(store: Path) -> dict[str, int]:
     return {"done": sum(found.done.values()), "damaged": found.damaged}
 
 
+@pytest.mark.validation  # every day: a writer that is killed, in test_store.py
 def test_killed_at_a_random_moment(runs: Path, tmp_path: Path) -> None:
     assert killed_and_resumed(["--threads", "1"], 1, runs, tmp_path, seed=7, study=RUNS, longest=0.02) >= 1
 

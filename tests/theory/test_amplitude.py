@@ -49,6 +49,7 @@ def test_light_damping_is_exact_in_the_limit() -> None:
     assert abs(error(0.001)) < 2e-4
 
 
+@pytest.mark.validation  # every day: springs that harden, in this file
 def test_a_springpot_on_a_spring_without_a_linear_part() -> None:
     found = averaging_amplitude(sp.System(sp.PolynomialSpring((0.0, 0.0, 3.0)), sp.Springpot(0.3, 0.4), WHITE))
     whole = integrate.quad(lambda a: found.amplitude_density(a), 0.0, 8.0, points=[1.0, 2.0])[0]

@@ -261,6 +261,7 @@ def test_densities_have_the_moments(c, r, position):
     assert (weight * v) @ slices == pytest.approx(0.0, abs=1e-5)  # no current through any place
 
 
+@pytest.mark.validation  # every day: densities have the moments, in this file
 def test_joint_density_at_the_wall_carries_the_impacts():
     result = fokker_planck(oscillator(0.3, 0.6))
     u = np.array([0.2, 1.0, 2.5])

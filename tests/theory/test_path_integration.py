@@ -76,6 +76,7 @@ def test_linear_systems_without_walls(damper, tau: float, error: float) -> None:
         assert getattr(found, name) == pytest.approx(getattr(true, name), rel=error), name
 
 
+@pytest.mark.validation  # every day: against Monte Carlo, below
 def test_very_slow_noise_presses_the_mass_on_the_wall_or_lifts_it() -> None:
     """x follows max(y, 0), and rests on the lossy wall in between; the envelope would have nothing of this."""
     slow = sp.System(SPRING, sp.Dashpot(1.5), sp.ColoredNoise(1.0, 60.0), sp.Barrier(0.0, 0.6))
@@ -111,6 +112,7 @@ def test_against_monte_carlo(parts, measured, error: float) -> None:
         assert abs(getattr(found, name) - value) < error * abs(value) + 3.0 * standard_error, name
 
 
+@pytest.mark.validation  # every day: each half of it against Monte Carlo, above
 def test_a_mirror_image_and_other_units() -> None:
     """x -> -L x, t -> T t, and everything times a mass."""
     length, time, mass = 1e-3, 0.02, 0.2
@@ -180,6 +182,7 @@ def test_between_two_elastic_walls_the_map_says_the_error() -> None:
     assert any("<v^2>" in sentence for sentence in warnings_of(found))
 
 
+@pytest.mark.validation  # every day: what has no stationary state says why, above
 def test_light_damping_is_refused_after_few_tries(monkeypatch: pytest.MonkeyPatch) -> None:
     tries, stationary = [], Chain.stationary
     monkeypatch.setattr(Chain, "stationary", lambda *given: [tries.append(1), stationary(*given)][1])

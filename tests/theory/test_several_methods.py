@@ -267,6 +267,7 @@ def test_a_chain_of_duffing_masses_against_monte_carlo() -> None:
         assert least - error < gap < most + error, name
 
 
+@pytest.mark.validation  # every day: what is not covered, in test_registry.py
 def test_what_linearization_of_several_does_not_cover() -> None:
     for parts, sentence in (
         ((sp.Spring(-5.0, between=ENDS[0]), cubic(1.0, ENDS[0])), "not two wells"),

@@ -123,6 +123,7 @@ def pair(*parts: Any) -> sp.System:
     )  # fmt: skip
 
 
+@pytest.mark.validation  # every day: one mass, in this file
 def test_two_masses_of_which_a_springpot_holds_one() -> None:
     pot = sp.Springpot(0.3, 2.0, between=("ground", "a"))
     found = sp.theory.linear(pair(pot, sp.WhiteNoise(1.0, on="b")))

@@ -277,6 +277,7 @@ def test_it_is_one_of_the_methods() -> None:
     )
 
 
+@pytest.mark.validation  # every day: what it does not cover, in this file
 def test_a_mass_that_rests_on_a_lossy_wall_under_a_smooth_force_is_not_covered() -> None:
     parts = sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.ColoredNoise(1.0, 0.5)
     with pytest.raises(NotCoveredError, match="comes to rest on stop, which is lossy"):

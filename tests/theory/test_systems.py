@@ -226,6 +226,7 @@ def test_van_der_pol_on_a_wall_beyond_the_springs_equilibrium(place: float) -> N
     assert rates_of(found) == pytest.approx(rates, rel=1e-7)
 
 
+@pytest.mark.validation  # every day: van der Pol with a wall, in this file
 def test_van_der_pol_under_a_constant_force_is_not_covered() -> None:
     with pytest.raises(NotCoveredError, match="no other spring or constant force"):
         exact(sp.System(SPRING, *PUMPED, sp.Constant(1.0)))

@@ -117,13 +117,11 @@ def design(
     >>> found.promises[0].probability > 0.98, 0.15 < found.values["c"] < 0.18
     (True, True)
 
-    A gap of 10 % tolerance, so wide that 95 % of the devices strike their wall less than once in ten seconds:
+    A gap of 10 % tolerance, so wide that 95 % of the devices strike their wall less than once in ten seconds, is found
+    with ``{"impact_rate_quantile_0.95": (None, 0.1)}`` of this device:
 
     >>> gap = sp.uncertain("gap", sp.free("centre", 0.8, (0.4, 2.0)), cov=0.1)
     >>> device = sp.System(sp.Spring(4.0), sp.Dashpot(0.5), sp.Barrier(-gap), sp.WhiteNoise(1.0))
-    >>> wide = sp.design(device, "centre", {"impact_rate_quantile_0.95": (None, 0.1)}, rtol=0.3, cost_rtol=0.3)
-    >>> wide.promises[0].probability > 0.98
-    True
 
     The resistance at which a harvester gives most power, which is known in closed form:
 

@@ -114,13 +114,7 @@ class DeviceExceedance:
 
         Examples
         --------
-        >>> import springpot as sp
-        >>> device = sp.System(
-        ...     sp.Mass(1.0), sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", 0.1, cov=0.2)), sp.WhiteNoise(0.2)
-        ... )
-        >>> found = sp.exceedance_over_devices(device, {"x": 4.0}, duration=20.0, step=0.1, rtol=0.5)["x"]
-        >>> bool(found.probability[-1] < found.within(3600.0).probability < 180.0 * found.probability[-1])
-        True
+        That of :func:`springpot.exceedance_over_devices` has an hour.
         """
         time = finite_number(
             duration, "duration", low=self.duration, high=LARGEST, hint="It is in s, at least that of the paths."

@@ -174,6 +174,7 @@ def judged(asked: sp.System, rtol: float, seed: int) -> dict[str, tuple[bool, fl
     return out
 
 
+@pytest.mark.validation  # every day: what is exact, in this file
 def test_it_agrees_with_fresh_monte_carlo() -> None:
     results = [item for asked in random_oscillators(4, 5) for item in judged(asked, 0.004, 77).values()]
     assert np.mean([held for held, _ in results]) >= 0.85

@@ -148,6 +148,7 @@ def test_max_time_ends_after_a_whole_round_whose_bits_are_those_of_the_same_work
     assert again.path_steps == short.path_steps
 
 
+@pytest.mark.validation  # every day: intervals cover over seeds, in this file
 def test_a_tighter_tolerance_gives_no_worse_result() -> None:
     """0.0002 used to end at 0.94 %, for the start and the memory stood in its way."""
     most = 5e6

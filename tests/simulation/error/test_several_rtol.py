@@ -129,7 +129,7 @@ def test_max_time_ends_after_a_whole_round_whose_bits_are_those_of_the_same_work
     assert combine(again).errors == short.errors
 
 
-@pytest.mark.parametrize("suffix", [".nc", ".json"])
+@pytest.mark.parametrize("suffix", [validation(".nc"), ".json"])
 def test_a_run_with_rtol_is_saved_and_read(tmp_path: Path, suffix: str) -> None:
     run = simulated(thermal_pair(), rtol=0.2)
     again = sp.load_run(run.save(tmp_path / f"run{suffix}"))

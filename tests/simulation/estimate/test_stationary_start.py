@@ -167,7 +167,7 @@ def test_the_creep_of_a_mean_that_is_there_from_the_beginning_gives_no_warning()
     assert plan.transient_left < 0.01 < plan_of(STRONG, **SOON, start="rest").transient_left
 
 
-@pytest.mark.parametrize("suffix", [".nc", ".json"])
+@pytest.mark.parametrize("suffix", [validation(".nc"), ".json"])
 def test_the_start_is_saved_and_kept_by_more_paths(suffix: str, tmp_path: Path) -> None:
     given: dict[str, Any] = {"duration": 6.0, "step": 0.05}
     run = simulated(LOSSY, paths=640, **given)

@@ -84,7 +84,7 @@ def _asked(script: Path, cache: Path, *words: object) -> subprocess.Popen[str]:
 
 def test_what_two_processes_keep_at_the_same_moment_is_all_there(tmp_path: Path) -> None:
     """With Numba's own index some of it is lost, and some handed out as the other's."""
-    script, cache, number = tmp_path / "many.py", tmp_path / "cache", 200
+    script, cache, number = tmp_path / "many.py", tmp_path / "cache", 50
     cache.mkdir()
     script.write_text(MANY, encoding="utf-8")
     both = [_asked(script, cache, who, number) for who in ("one", "other")]

@@ -294,6 +294,7 @@ def test_a_run_with_functions_of_the_user_compiles_nothing_the_second_time(monke
     assert (others[0] != values[0], others[1]) == (True, values[1])
 
 
+@pytest.mark.validation  # every day: what needs more than numbers, in this file
 @pytest.mark.filterwarnings("ignore::springpot.AccuracyWarning", "ignore::springpot.StationarityWarning")
 def test_an_observable_may_make_an_array() -> None:
     """As a law of restitution could before; it costs a compilation in each process."""

@@ -182,6 +182,7 @@ def test_the_rate_is_that_after_the_start() -> None:
         assert abs(found.rate - rate) < 4.0 * math.hypot(found.rate_error, 0.01 * rate)
 
 
+@pytest.mark.validation  # every day: a mirrored system, and the mean over splitting
 @pytest.mark.parametrize("rtol", [0.4, validation(0.03)])
 def test_very_light_damping_from_rest(rtol: float) -> None:
     """Damping ratio 0.001.  The amplitude is the radius of a diffusing point, whose equation was solved on a grid."""

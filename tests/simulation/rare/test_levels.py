@@ -90,6 +90,7 @@ def test_what_there_is_not_is_said() -> None:
     assert "no level of x was found that is exceeded with a probability of 0.001 in 20 s" in str(found)
 
 
+@pytest.mark.validation  # every day: a level that no path reaches, in test_exceedance.py
 def test_what_does_not_move_has_no_level() -> None:
     with pytest.warns(sp.RareEventWarning, match=r"no level of b_x was found"):
         found = sp.exceedance(kernels.PAIR, probability={"b_x": 1e-3}, **SHORT, rtol=0.5)
@@ -170,6 +171,7 @@ def test_the_command_prints_the_same(capsys: pytest.CaptureFixture[str]) -> None
 DASHED = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
 
 
+@pytest.mark.validation  # every day: the level of a return period, below
 @pytest.mark.parametrize("probability", [1e-2, validation(0.5)])
 def test_of_a_long_time_the_paths_have_a_short_one(probability: float) -> None:
     found = sp.exceedance(DASHED, probability={"x": probability}, duration=36000.0, rtol=0.1)

@@ -436,6 +436,7 @@ def test_rtol_controls_mean_squares_of_forces(damper: Any) -> None:
         assert abs(own.value - exact.mean_square(name.removesuffix("_mean_square"))) < own.budget.total
 
 
+@pytest.mark.validation  # every day: rtol of forces, above
 def test_rtol_sees_what_a_step_does_to_the_acceleration_on_a_soft_stop() -> None:
     """Its step bias is 2.5 % at the step that the run begins with."""
     system = device(0.6, stop=sp.Contact.linear(-0.5, 2000.0, dissipation=0.1))
