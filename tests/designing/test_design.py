@@ -13,7 +13,7 @@ import pytest
 from scipy import optimize
 
 import springpot as sp
-from springpot.designing import rounds as rounds_module
+from springpot.designing import approximation as approximation_module
 from springpot.designing.approximation import leading, smooth
 from springpot.designing.quantities import theory_values
 from springpot.designing.search import Approximation, DesignProgress, search
@@ -114,14 +114,14 @@ def test_the_best_design_so_far_is_kept_when_the_time_is_over(monkeypatch: pytes
         if limit < math.inf and self.limit < math.inf:
             raise OutOfTimeError
 
-    def once(*given: Any, run: Any = rounds_module.simulated, **how: Any) -> Any:
+    def once(*given: Any, run: Any = approximation_module.simulated, **how: Any) -> Any:
         nonlocal limit
         found = run(*given, **{**how, "progress": None})
         limit = 0.0
         return found
 
     monkeypatch.setattr(Clock, "check", check)
-    monkeypatch.setattr(rounds_module, "simulated", once)
+    monkeypatch.setattr(approximation_module, "simulated", once)
     found = sp.design(
         damped(sp.free("c", 0.5, (0.05, 5.0))), "c", {"impact_rate": (None, 0.2)}, max_time=99.0, cost_rtol=1e-3
     )

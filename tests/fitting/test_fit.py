@@ -50,7 +50,7 @@ def moduli(modulus: Any, error: float, seed: int, **given: Any) -> sp.MeasuredMo
 
 def paths_of(system: sp.System, step: float, samples: int, noise: float, seed: int, paths: int = 1) -> Floats:
     """Samples with the exact law of a system's displacement."""
-    own = state_space(system, "x", step, samples * step).sampled(step)
+    own = state_space(system, "x", step, samples * step)
     rng = np.random.default_rng(seed)
 
     def root(matrix: Floats) -> Floats:
@@ -78,7 +78,7 @@ def test_the_modulus_is_that_of_the_linear_theory() -> None:
 def test_derivatives_of_the_moduli_are_those_of_differences() -> None:
     own = ModuliLikelihood(ARMS, moduli(complex_modulus(ARMS, F)[0], 0.03, 1))
     theta = np.array([float(number) for number in own.coordinates.free])
-    for exact, function in ((own.sensitivity, lambda t: np.log(own._moduli(t)[0])), (own.jacobian, own.residuals)):
+    for exact, function in ((own.sensitivity, lambda t: np.log(own.expected(t))), (own.jacobian, own.residuals)):
         differences = slopes(function, theta, own.coordinates.free)
         assert np.abs(exact(theta) - differences).max() < 1e-7 * np.abs(differences).max()
 
@@ -238,7 +238,7 @@ def test_the_likelihood_of_a_record_is_that_of_its_exact_correlation(order: floa
     values = paths_of(system, step, samples, spread, 1)
     noisy = correlation.copy()
     noisy[0] += spread**2
-    sampled = state_space(system, "x", step, samples * step).sampled(step)
+    sampled = state_space(system, "x", step, samples * step)
     assert innovations_of(sampled, spread, values)[0] == pytest.approx(dense(noisy, values[0]), rel=1e-6)
 
 
@@ -246,7 +246,7 @@ def test_the_likelihood_of_a_record_is_that_of_its_exact_correlation(order: floa
 def test_the_likelihood_holds_where_two_rates_are_nearly_one(damping: float) -> None:
     """At critical damping the eigenvectors of the transition are parallel."""
     system = sp.System(sp.Spring(4.0), sp.Dashpot(damping), sp.WhiteNoise(1.0))
-    sampled = state_space(system, "x", 0.2, 40.0).sampled(0.2)
+    sampled = state_space(system, "x", 0.2, 40.0)
     values = paths_of(system, 0.2, 200, 0.02, 1)
     noisy = sampled.correlation(200)
     noisy[0] += 0.02**2
@@ -266,7 +266,7 @@ def test_several_paths_velocities_and_every_kind_of_noise_agree_with_the_dense_l
         sp.ThermalNoise(0.1),
     )
     for of, power in (("x", 0), ("v", 2)):
-        own = state_space(system, of, 0.2, 60.0).sampled(0.2)  # type: ignore[arg-type]
+        own = state_space(system, of, 0.2, 60.0)  # type: ignore[arg-type]
         correlation = own.correlation(80)
         f = np.concatenate(
             [np.geomspace(1e-7, 0.01, 2000), np.linspace(0.01, 5.0, 20000)[1:], np.geomspace(5.0, 1e5, 20000)[1:]]

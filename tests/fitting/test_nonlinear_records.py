@@ -95,7 +95,7 @@ def test_without_walls_it_is_the_exact_likelihood() -> None:
         exact = sp.System(sp.Spring(40.0), sp.Springpot(order, C), sp.WhiteNoise(12.0))
         own = NonlinearRecordLikelihood(exact, data)
         own._spread = 0.0
-        space = state_space(exact, "x", STEP, 6.0).sampled(STEP)
+        space = state_space(exact, "x", STEP, 6.0)
         assert abs(own.deviance(np.array([spread])) - innovations_of(space, spread, data.values)[0]) < 0.5
 
 

@@ -10,7 +10,7 @@ from scipy import special
 
 import springpot as sp
 from springpot.fitting.likelihood import slopes
-from springpot.fitting.relaxation import SteppedLikelihood, stepped
+from springpot.fitting.moduli import SteppedLikelihood, stepped
 from tests.sizes import validation
 
 TIME = np.geomspace(1e-5, 1e5, 11)

@@ -69,7 +69,7 @@ def test_derivatives_are_those_of_differences(of: Any, on: str) -> None:
 def test_states_and_spectra_have_the_moments_of_the_linear_theory(system: sp.System) -> None:
     linear = sp.theory.linear(system)
     for of, power in (("x", 0), ("v", 2)):
-        space = state_space(system, of, 0.1, 400.0, "b").sampled(0.1)
+        space = state_space(system, of, 0.1, 400.0, "b")
         assert space.row @ space.stationary @ space.row == pytest.approx(
             getattr(linear, f"b_{of}_mean_square"), rel=1e-7
         )
@@ -78,7 +78,7 @@ def test_states_and_spectra_have_the_moments_of_the_linear_theory(system: sp.Sys
 
 
 def test_an_accelerometer_has_the_variance_of_its_spectrum() -> None:
-    space = state_space(chain(NOISES[0]), "a", 0.05, 400.0, "b").sampled(0.05)
+    space = state_space(chain(NOISES[0]), "a", 0.05, 400.0, "b")
     f = np.linspace(1e-4, 20.0, 100001)
     whole = np.trapezoid(response(chain(NOISES[0]), "a", at="b")(f), f)
     assert space.row @ space.stationary @ space.row == pytest.approx(whole, rel=5e-5)

@@ -110,8 +110,7 @@ def test_runs_of_several_masses_and_with_matched_noise() -> None:
 def test_a_fit_of_a_record_knows_its_states(noise: Any) -> None:
     system = sp.System(*PARTS, COIL, noise)
     own = state_space(system, "x", 0.1, 100.0)
-    covariance = linalg.solve_continuous_lyapunov(own.rates, -own.noise)
-    assert own.row @ covariance @ own.row == pytest.approx(sp.theory.linear(system).x_mean_square, rel=1e-9)
+    assert own.row @ own.stationary @ own.row == pytest.approx(sp.theory.linear(system).x_mean_square, rel=1e-9)
 
 
 def test_the_step_follows_a_fast_circuit_and_the_run_a_slow_one() -> None:

@@ -2,20 +2,36 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
-from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, samples_of, theory_values
-from springpot.designing.search import DesignProgress
+from springpot.designing.pooling import RoundValue
+from springpot.designing.quantities import (
+    MONTE_CARLO,
+    chosen_method,
+    if_allowed,
+    if_stationary,
+    samples_of,
+    theory_values,
+)
+from springpot.designing.rounds import Simulated
+from springpot.designing.search import Approximation, DesignProgress, Found
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, trust
 from springpot.machine.arrays import Floats
+from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.outputs import output_squares
 from springpot.problem.system import System
-from springpot.simulation.plan.plan import check_stationary, plan_of
+from springpot.simulation.monte_carlo import simulated
+from springpot.simulation.paths.simulation import Progress
+from springpot.simulation.plan.plan import plan_of
 from springpot.theory.registry import METHODS
 
 Quantities = Callable[[Mapping[str, float]], dict[str, float]]
@@ -23,33 +39,86 @@ Quantities = Callable[[Mapping[str, float]], dict[str, float]]
 
 PILOT_PATHS = 500  # where Monte Carlo takes the place of theory
 LARGEST_GAP = 30.0  # per cent on the validity map, up to which a method leads a search
+_OF_RTOL = "rtol_not_reached", "uncontrolled_impacts"  # warnings of a run that a design has its own words for
 SECONDS_OF_A_RUN, SECONDS_OF_A_STEP = 0.05, 2e-8  # of a path; nominal, for a choice must not depend on the machine
 
 
-def approximated(
-    system: System, space: Space, places: Floats, method: str | None, needed: Sequence[str], seed: int,
-    threads: int | None, work: DesignProgress,
-) -> tuple[str, Quantities]:  # fmt: skip
-    """The method of the search, and quantities by it.
+@dataclass(frozen=True, eq=False)
+class OneDevice:
+    """Quantities of a system with free numbers.
 
-    If ``method`` is None, one that is trusted and has the ``needed`` quantities: see `leading`.
+    Attributes
+    ----------
+    system : System
+    names : tuple of str
+        Of the quantities that are needed.
+    threads : int or None
     """
-    work.step()
-    if method is None:
-        there = (if_allowed(lambda: _stationary(system, space.values(place))) for place in places)  # noqa: B023
-        models = [model for model in there if model is not None]
-        name = leading(models, needed, work)
-    else:
-        name = chosen_method(with_values(system, space.values(places[0])), method)[0]
-    if name == MONTE_CARLO:
-        forces = [of for square, of in output_squares(system).items() if square in needed]
-        return name, _by_chance(system, space, places, seed, threads, work, forces)
 
-    def by_theory(values: Mapping[str, float]) -> dict[str, float]:
+    system: System
+    names: tuple[str, ...]
+    threads: int | None
+
+    def quick(
+        self, space: Space, places: Floats, method: str | None, seed: int, work: DesignProgress
+    ) -> tuple[str, Quantities]:
+        """The method of the search, and quantities by it.
+
+        If ``method`` is None, one that is trusted and has the quantities: see `leading`.
+        """
         work.step()
-        return if_allowed(lambda: theory_values(with_values(system, values), name, needed)[0]) or {}
+        system = self.system
+        if method is None:
+            models = [if_stationary(partial(with_values, system, space.values(place)), "design") for place in places]
+            name = leading([model for model in models if model is not None], self.names, work)
+        else:
+            name = chosen_method(with_values(system, space.values(places[0])), method)[0]
+        if name != MONTE_CARLO:
 
-    return name, by_theory
+            def by_theory(values: Mapping[str, float]) -> dict[str, float]:
+                work.step()
+                return if_allowed(lambda: theory_values(with_values(system, values), name, self.names)[0]) or {}
+
+            return name, by_theory
+        forces = [of for square, of in output_squares(system).items() if square in self.names]
+        settings = plan_of(system, paths=PILOT_PATHS, seed=seed, threads=self.threads).settings  # common random numbers
+
+        def run(values: Mapping[str, float], progress: Progress) -> dict[str, float]:
+            found = samples_of(with_values(system, values), settings, progress, forces=forces)
+            return {name: value for name, (value, _, _) in found.items()}
+
+        path_steps = float(len(places) * settings.paths * settings.steps)
+        return name, by_short_runs(system, space, places, run, path_steps, work)
+
+    def measured(
+        self, approximation: Approximation, seeds: Sequence[int], work: DesignProgress
+    ) -> Callable[[Found, float, int], Simulated]:
+        """Monte Carlo of what a search found: every round has random numbers of its own."""
+
+        def measure(found: Found, rtol: float, number: int) -> Simulated:
+            work.round(number, 0.0)
+            wanted: dict[str, Any] = {"quantities": self.names} if self.names else {}
+            try:
+                result = simulated(
+                    with_values(self.system, found.values),
+                    rtol=rtol, max_time=work.left, seed=seeds[number], threads=self.threads,
+                    progress=lambda fraction: work.round(number, fraction), **wanted,
+                )  # fmt: skip
+            except TimeoutError:
+                raise OutOfTimeError from None
+            theory = approximation.at(found.u)
+            measured = dict[str, RoundValue]()
+            for name, own in result.estimates.items():
+                if name not in theory and name not in self.names:
+                    continue
+                budget = own.budget
+                bounds = (budget.step_bias, budget.memory_bias, budget.transient) if budget is not None else ()
+                bias = math.hypot(*bounds) / math.sqrt(3.0)  # uniform between the bounds: the sd of GUM, type B
+                measured[name] = RoundValue(found.u, theory.get(name, math.nan), own.value, own.error, bias)
+            # what is controlled, and for how long, is the design's business
+            return measured, tuple(each for each in result.warnings if getattr(each, "name", "") not in _OF_RTOL)
+
+        return measure
 
 
 def leading(systems: Sequence[System], needed: Sequence[str], work: DesignProgress) -> str:
@@ -86,33 +155,42 @@ def leading(systems: Sequence[System], needed: Sequence[str], work: DesignProgre
     return next((name for name in sorted(worst, key=lambda each: worst[each]) if answers(name)), MONTE_CARLO)
 
 
-def _stationary(system: System, values: Mapping[str, float]) -> System:
-    """The system with these numbers; a ValueError where there is no stationary state."""
-    other = with_values(system, values)
-    check_stationary(other, "design")
-    return other
-
-
-def _by_chance(
-    system: System, space: Space, places: Floats, seed: int, threads: int | None, work: DesignProgress,
-    forces: Sequence[str],
+def by_short_runs(
+    system: System, space: Space, places: Floats, run: Callable[[dict[str, float], Progress], dict[str, float]],
+    path_steps: float, work: DesignProgress,
 ) -> Quantities:  # fmt: skip
-    """Smooth surfaces through short runs at all places, on common random numbers."""
-    settings = plan_of(system, paths=PILOT_PATHS, seed=seed, threads=threads).settings
-    whole = float(len(places) * settings.paths * settings.steps)
-    at, found = [], []
+    """Smooth surfaces through what short runs give at all places that the parts allow.
+
+    Parameters
+    ----------
+    system : System
+    space : Space
+    places : ndarray, shape (places, numbers)
+    run : callable
+        From the numbers of a place, and what is told the fraction done, to quantities.
+    path_steps : float
+        Of all runs.
+    work : DesignProgress
+
+    Raises
+    ------
+    TypeError, ValueError
+        If no place is allowed.
+    """
+    at, found, faults = list[Floats](), list[dict[str, float]](), list[Exception]()
     for n, place in enumerate(places):
 
-        def part(fraction: float, n: int = n) -> None:
-            work.short_run(fraction, n, len(places), whole)
+        def told(fraction: float, n: int = n) -> None:
+            work.short_run(fraction, n, len(places), path_steps)
 
-        own = if_allowed(
-            lambda: samples_of(with_values(system, space.values(place)), settings, part, forces=forces)  # noqa: B023
-        )
-        if own is not None:
+        try:
+            found.append(run(space.values(place), told))
             at.append(place)
-            found.append({name: value for name, (value, _, _) in own.items()})
-    surfaces = smooth(np.array(at), {name: np.array([each[name] for each in found]) for name in (found or [{}])[0]})
+        except (TypeError, ValueError) as fault:
+            faults.append(fault)
+    if not found:
+        raise faults[0]
+    surfaces = smooth(np.array(at), {name: np.array([each[name] for each in found]) for name in found[0]})
 
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
         work.step()

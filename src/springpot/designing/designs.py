@@ -7,10 +7,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from springpot.designing.approximation import approximated, places_of
+from springpot.designing.approximation import OneDevice, places_of
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.results import Design, in_words
-from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, by_monte_carlo, rounds
+from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, rounds
 from springpot.designing.search import Approximation, DesignProgress
 from springpot.designing.statement import Space, Wanted, check_names, checked_cost, checked_limits
 from springpot.designing.tolerances import OverDevices, names_over_devices
@@ -157,11 +157,10 @@ def design(
         space = Space(free)
         places = places_of(space, seed)
         needed = dict.fromkeys([*(limit.name for limit in limits), *(name for name in cost.takes if name in allowed)])
-        over_devices = OverDevices(system, tuple(needed or allowed[:1]), threads) if scatters else None
-        if over_devices is not None:
-            chosen, quick = over_devices.quick(space, places, method, seed, work)
-        else:
-            chosen, quick = approximated(system, space, places, method, tuple(needed), seed, threads, work)
+        source: OneDevice | OverDevices = OneDevice(system, tuple(needed), threads)
+        if scatters:
+            source = OverDevices(system, tuple(needed or allowed[:1]), threads)
+        chosen, quick = source.quick(space, places, method, seed, work)
         approximation = Approximation(space, quick, cost)
         if missing := set(needed).difference(*(approximation.at(place) for place in places)):
             word, names = cost.word, listed(sorted(missing))
@@ -173,14 +172,10 @@ def design(
             raise ValueError(
                 f"method must have the results that {word} and subject_to ask for, and {chosen} has no {names} there."
             )
-        exact = chosen != MONTE_CARLO and METHODS[chosen].exact and over_devices is None
+        exact = chosen != MONTE_CARLO and METHODS[chosen].exact and not scatters
         task = DesignTask(approximation, limits, places, seed, probability, rtol, cost_rtol, exact)
         seeds = [seed, *np.random.SeedSequence(seed).generate_state(MOST_ROUNDS - 1, np.uint64).tolist()]
-        if over_devices is not None:
-            measure = over_devices.measured(approximation, seeds, work)
-        else:
-            measure = by_monte_carlo(system, approximation, tuple(needed), seeds=seeds, threads=threads, work=work)
-        found = rounds(task, measure)
+        found = rounds(task, source.measured(approximation, seeds, work))
     except OutOfTimeError:
         raise TimeoutError(f"max_time of {max_time:g} s is too short for any result of a design.") from None
     work.end()

@@ -19,7 +19,7 @@ from springpot.simulation.estimate import samples as estimate
 from springpot.simulation.estimate.stationary_start import ENOUGH_PATHS, adapt, pilot_paths
 from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.plan.motions import motion_of
-from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.plan import Plan, check_stationary
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution, Sketch
 from springpot.simulation.watch.forces import Moments
@@ -70,6 +70,15 @@ def if_allowed(ask: Callable[[], Answer]) -> Answer | None:
         return ask()
     except (ValueError, TypeError):
         return None
+
+
+def if_stationary(make: Callable[[], System], what: str) -> System | None:
+    """A system; None where its parts do not allow its numbers, or it has no stationary state."""
+    try:
+        check_stationary(found := make(), what)
+    except (ValueError, TypeError):
+        return None
+    return found
 
 
 def chosen_method(system: System, method: str | None) -> tuple[str, str]:

@@ -301,7 +301,7 @@ class Design:
         names = "values", "quantities", "errors", "cost", "cost_error", "margin", "at_bounds", "method", "warnings"
         of_round = "values", "quantities", "cost", "probability"
         more = {
-            "promises": [vars(promise) for promise in self.promises],
+            "promises": self.promises,
             "history": [{name: getattr(each, name) for name in of_round} for each in self.history],
         }
         return plain({name: getattr(self, name) for name in names} | more)

@@ -7,20 +7,16 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from statistics import NormalDist
-from typing import Any
 
 import numpy as np
 
 from springpot.designing.pooling import Pooled, RoundValue, pooled
 from springpot.designing.results import Promise, Round
-from springpot.designing.search import CLOSE, Approximation, DesignProgress, Found, search
+from springpot.designing.search import CLOSE, Approximation, Found, search
 from springpot.designing.statement import Limit
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
-from springpot.problem.free_numbers import with_values
-from springpot.problem.system import System
-from springpot.simulation.monte_carlo import simulated
 
 MOST_ROUNDS = 6
 SPARE = 0.15  # errors beyond those that the wanted probability needs
@@ -29,7 +25,6 @@ FINER, FINEST = 0.25, 1.0 / 16.0  # least rtol over that of the round before, an
 SMALLEST = 1e-4  # that a run takes
 DOUBTFUL = 0.3  # excess of a limit that quick quantities may have where the true ones have none
 NEAR = 0.8  # of the error, for the distance to the places that were simulated
-_OF_RTOL = "rtol_not_reached", "uncontrolled_impacts"  # warnings of a run that a design has its own words for
 PARTS = 128  # of the way to a place where the limits do not hold
 
 
@@ -287,40 +282,3 @@ def _finer(task: DesignTask, above: float, errors: dict[str, float], latest: dic
         return 1.0
     needed = share / math.sqrt(1.0 - share**2)
     return min((needed * error / latest[name].error for name, error in errors.items()), default=1.0)
-
-
-def by_monte_carlo(
-    system: System,
-    approximation: Approximation,
-    controlled: tuple[str, ...],
-    *,
-    seeds: Sequence[int],
-    threads: int | None,
-    work: DesignProgress,
-) -> Callable[[Found, float, int], Simulated]:
-    """Monte Carlo of what a search found: every round has random numbers of its own."""
-
-    def measure(found: Found, rtol: float, number: int) -> Simulated:
-        work.round(number, 0.0)
-        wanted: dict[str, Any] = {"quantities": controlled} if controlled else {}
-        try:
-            result = simulated(
-                with_values(system, found.values),
-                rtol=rtol, max_time=work.left, seed=seeds[number], threads=threads,
-                progress=lambda fraction: work.round(number, fraction), **wanted,
-            )  # fmt: skip
-        except TimeoutError:
-            raise OutOfTimeError from None
-        theory = approximation.at(found.u)
-        measured = dict[str, RoundValue]()
-        for name, own in result.estimates.items():
-            if name not in theory and name not in controlled:
-                continue
-            budget = own.budget
-            bounds = (budget.step_bias, budget.memory_bias, budget.transient) if budget is not None else ()
-            bias = math.hypot(*bounds) / math.sqrt(3.0)  # uniform between the bounds: the sd of GUM, type B
-            measured[name] = RoundValue(found.u, theory.get(name, math.nan), own.value, own.error, bias)
-        # what is controlled, and for how long, is the design's business
-        return measured, tuple(each for each in result.warnings if getattr(each, "name", "") not in _OF_RTOL)
-
-    return measure

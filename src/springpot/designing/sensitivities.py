@@ -10,11 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, samples_of, theory_values
+from springpot.designing.quantities import (
+    MONTE_CARLO,
+    chosen_method,
+    if_allowed,
+    if_stationary,
+    samples_of,
+    theory_values,
+)
 from springpot.designing.sensitivity_results import Sensitivity
 from springpot.machine.arguments import check_called, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word, shown
+from springpot.machine.progress import counted
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.numbers import label_of, numbers_of, with_numbers
 from springpot.problem.outputs import output_squares
@@ -262,7 +270,7 @@ def _by_theory(
     for name in names:
         known_word(name, [*base, *outputs], "quantities", "must be among")
     unknown, derivatives, said = np.full(len(names), math.nan), {}, []
-    for done, name in enumerate(numbers.values, start=1):
+    for name in counted(numbers.values, progress):
 
         def logarithms(distance: float, name: str = name) -> Floats | None:
             if not (found := if_allowed(lambda: theory_values(numbers.moved(name, distance), method, names)[0])):
@@ -274,8 +282,6 @@ def _by_theory(
         if result is None:
             said.append(f"{method} has no answer on either side of {name} = {numbers.values[name]:g}.")
         derivatives[name] = *(result or (unknown, unknown)), unknown
-        if progress is not None:
-            progress(done / len(numbers.values))
     return base, derivatives, said
 
 
@@ -298,7 +304,11 @@ def _by_monte_carlo(
     forces = [of for square, of in outputs.items() if square in names]
     stencils: dict[str, Stencil] = {}
     for name, value in numbers.values.items():
-        own = stencil(lambda distance, name=name: _exists(numbers, name, distance), step)  # type: ignore[misc]
+
+        def allowed(distance: float, name: str = name) -> bool:
+            return if_stationary(lambda: numbers.moved(name, distance), "sensitivity") is not None
+
+        own = stencil(allowed, step)
         if own is None:
             said.append(f"{name} cannot be changed from {value:g}: its part refuses both sides.")
         else:
@@ -363,14 +373,6 @@ def _difference(sides: Sequence[tuple[float, Floats, float]], own: Stencil, step
     start = math.hypot(*(w * error / mean for w, (mean, _, error) in zip(weights, sides, strict=True)))
     gain = (apart / common) ** 2 if common > 1e-12 * apart else math.inf
     return value, math.hypot(common, start), gain
-
-
-def _exists(numbers: Numbers, name: str, distance: float) -> bool:
-    try:
-        check_stationary(numbers.moved(name, distance), "sensitivity")
-    except (ValueError, TypeError):
-        return False
-    return True
 
 
 def _logarithm(new: float, old: float) -> float:

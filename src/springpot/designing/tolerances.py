@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-import numpy as np
-
-from springpot.designing.approximation import Quantities, leading, smooth
+from springpot.designing.approximation import Quantities, by_short_runs, leading
 from springpot.designing.pooling import RoundValue
-from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed
+from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_stationary
 from springpot.designing.rounds import Simulated
 from springpot.designing.search import Approximation, DesignProgress, Found
 from springpot.designing.statement import Space, quantile_in
@@ -23,7 +22,7 @@ from springpot.scattering.result import Scatter
 from springpot.scattering.scattered import FEWEST, scatter
 from springpot.simulation.kernel.sizes import LANES
 from springpot.simulation.paths.simulation import Progress, simulation_of
-from springpot.simulation.plan.plan import check_stationary, plan_of
+from springpot.simulation.plan.plan import plan_of
 from springpot.theory.registry import METHODS
 
 _QUICK, _FIRST, _MOST = 64, 512, 8192  # devices: at each place of the search, of the first round, and at most
@@ -88,7 +87,11 @@ class OverDevices:
         self, space: Space, places: Floats, method: str | None, seed: int, work: DesignProgress
     ) -> tuple[str, Quantities]:
         """The method of the search, and smooth surfaces through what it says of few devices at each place."""
-        middles = [if_allowed(lambda: self._middle(space.values(place))) for place in places]  # noqa: B023
+
+        def middle(values: dict[str, float]) -> System:
+            return nominal(with_values(self.system, values))
+
+        middles = [if_stationary(partial(middle, space.values(place)), "design") for place in places]
         known = [middle for middle in middles if middle is not None]
         if method is None:  # methods of theory that are not exact take longer than short runs, for each device
             name = leading(known, [*{quantile_in(each)[0] for each in self.names}], work)
@@ -96,33 +99,13 @@ class OverDevices:
         else:
             name = chosen_method(known[0], method)[0]
         steps = plan_of(known[0], paths=LANES).settings.steps if known else 1
-        at, found, faults = list[Floats](), list[dict[str, tuple[float, float]]](), list[Exception]()
-        for number, place in enumerate(places):
 
-            def told(fraction: float, number: int = number) -> None:
-                work.short_run(fraction, number, len(places), float(len(places) * 8 * _QUICK * steps))
+        def run(values: dict[str, float], progress: Progress) -> dict[str, float]:
+            found = self.read(self.at(values, progress, devices=_QUICK, method=name, seed=seed))
+            return {each: value for each, (value, _) in found.items()}
 
-            try:
-                own = self.at(space.values(place), told, devices=_QUICK, method=name, seed=seed)
-            except (TypeError, ValueError) as fault:
-                faults.append(fault)
-                continue
-            at.append(place)
-            found.append(self.read(own))
-        if not found:
-            raise faults[0]
-        surfaces = smooth(np.array(at), {each: np.array([own[each][0] for own in found]) for each in self.names})
-
-        def quantities(values: Any) -> dict[str, float]:
-            work.step()
-            return {} if if_allowed(lambda: with_values(self.system, values)) is None else surfaces(space.place(values))
-
-        return name, quantities
-
-    def _middle(self, values: dict[str, float]) -> System:
-        found = nominal(with_values(self.system, values))
-        check_stationary(found, "design")
-        return found
+        path_steps = float(len(places) * 8 * _QUICK * steps)
+        return name, by_short_runs(self.system, space, places, run, path_steps, work)
 
     def measured(
         self, approximation: Approximation, seeds: Sequence[int], work: DesignProgress

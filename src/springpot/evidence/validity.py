@@ -21,6 +21,7 @@ from springpot.evidence.cells import Cell, PaperCell, system_of
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, Map, exists, moment_of
 from springpot.machine.files import write_table
 from springpot.machine.installed import __version__
+from springpot.machine.progress import counted
 from springpot.machine.record import Record, digest, writing
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.options import own_seed
@@ -179,7 +180,7 @@ def make_map(
     rows: list[list[object]] = []
     header: list[str] = []
     with writing(f"map {str(path)!r}"):
-        for number, cell in enumerate(cells):
+        for cell in counted(cells, progress):
             if cell not in known:
                 key = digest([__version__, kind.__name__, cell])
                 found = record.of(key, partial(simulate_cell, cell, threads=threads))
@@ -187,8 +188,6 @@ def make_map(
             gaps = gaps_of(cell, known[cell])
             header = [*place, *simulated, *gaps]
             rows.append([*cell, *(f"{known[cell][n]:.6g}" for n in simulated), *(f"{g:.2f}" for g in gaps.values())])
-            if progress is not None:
-                progress((number + 1) / len(cells))
         write_table(path, [header, *rows])
     return path
 

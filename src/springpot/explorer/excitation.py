@@ -170,11 +170,10 @@ def with_table(system: System, content: bytes, title: str = "the table", unit: s
         raise ValueError(
             "table: this system has neither a table of densities nor another noise, which it could replace."
         )
-    stated = dict(system.stated())
-    old: Any = stated[name]
+    old: Any = dict(system.stated())[name]
     frequency, psd, of_force, notes = densities_in(content, title, Stated(unit=unit))
     on = old.on if of_force and not old.of_ground else ""
     made = SpectralExcitation.from_psd(
         frequency, psd, "N2/Hz" if of_force else "m2/s4/Hz", on=on, envelope=getattr(old, "envelope", None)
     )
-    return System(**(stated | {name: made})), notes
+    return system.but(**{name: made}), notes

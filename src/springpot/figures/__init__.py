@@ -21,7 +21,7 @@ from springpot.figures.passages import plot_passage_probability, plot_rainflow, 
 from springpot.figures.spectra import plot_fragility, plot_response_spectrum
 from springpot.figures.stationary import plot_comparison, plot_correlation, plot_density, plot_spectrum
 from springpot.figures.studies import plot_study
-from springpot.figures.style import COLORS, METHOD_LINES, bars, new_figure, new_grid, save
+from springpot.figures.style import COLORS, METHOD_LINES, bars, new_figure, new_grid, save, with_common_words
 from springpot.figures.sweeps import plot_against
 from springpot.figures.transients import plot_over_time, plot_survival, plot_transient
 from springpot.figures.validity import plot_gaps, plot_gaps_of_methods, plot_system_gaps, plot_system_gaps_of_methods
@@ -69,3 +69,7 @@ __all__ = [
     "plot_transient",
     "save",
 ]  # fmt: skip
+
+for _name in __all__:
+    if _name.startswith("plot_"):
+        with_common_words(globals()[_name])

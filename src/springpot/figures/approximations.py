@@ -80,14 +80,11 @@ def plot_terms_against_tolerance(
 
     Parameters
     ----------
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     tolerances : sequence of float
         Relative errors allowed, in [1e-13, 0.1].
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -132,16 +129,13 @@ def plot_memory_terms(
     ----------
     order : float
         alpha in (0, 1).
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     shortest, longest : float
         Lags in s between which the sum is valid; a decade more is drawn on either side.
     tolerance : float
         Relative error of the sum, in [1e-13, 0.1].
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -186,16 +180,13 @@ def plot_memory_error(
     ----------
     order : float
         alpha in (0, 1).
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     shortest, longest : float
         Lags in s between which the sums are valid.
     tolerances : sequence of float
         Relative errors allowed, in [1e-13, 0.1], one curve for each.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -229,14 +220,11 @@ def plot_fourier_series(ax: Axes | None = None, *, terms: Sequence[int] = (2, 4,
 
     Parameters
     ----------
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     terms : sequence of int
         Numbers of terms, at least 0; the paper's by default.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -267,9 +255,7 @@ def plot_fourier_error(ax: Axes | None = None, *, terms: Sequence[int] = (2, 4, 
     ax, terms
         As in `plot_fourier_series`.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -315,16 +301,13 @@ def plot_convergence(
     errors : dict
         Name of a scheme to its steps and the sizes of its errors, two arrays of shape (n,), and if they are known a
         third one with the standard errors of the errors.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     orders : sequence of float
         Slopes to draw for comparison.
     xlabel, ylabel : str
         With units.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------

@@ -39,16 +39,13 @@ def plot_design_chart(
     ----------
     quantity : str
         A moment, such as ``"amplitude_mean_square"`` or ``"impact_rate"``.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     restitution : float
         Of the wall: 0.3 to 1 at the equilibrium, 1 or 0.8 elsewhere.
     position : float
         Of the wall, in units of sqrt(q / Omega^3), from -2 to 2.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------

@@ -30,12 +30,9 @@ def plot_design_curve(curve: Curve, found: Design | None = None, ax: Axes | None
         Of `springpot.designing.Design.curve`.
     found : Design, optional
         Whose limit is marked, and what Monte Carlo found there, with its 95 % interval.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Examples
     --------

@@ -99,11 +99,10 @@ def some_periods(data: MeasuredRecord) -> slice:
     >>> own.start, round((own.stop - own.start) * 0.05 * 6.0 / (2.0 * np.pi))
     (20, 20)
     """
-    first = round(data.skip / data.step)
-    path = data.values[0, first:]
+    path = data.values[0, data.first :]
     crossed = np.flatnonzero(np.diff(path > path.mean()))[: 2 * _PERIODS + 1]
     last = int(crossed[-1]) + 1 if crossed.size > 2 * _PERIODS else path.size
-    return slice(first, first + min(last, _MOST))
+    return slice(data.first, data.first + min(last, _MOST))
 
 
 def driven_parts(table: Table, data: MeasuredRecord) -> Iterator[tuple[str, str, tuple[Floats, Floats, Floats]]]:
@@ -169,12 +168,9 @@ def plot_profile(own: Profile, ax: Axes | None = None) -> Axes:
     ----------
     own : Profile
         Of `springpot.fitting.Fit.profile`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Examples
     --------

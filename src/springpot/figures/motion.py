@@ -38,8 +38,7 @@ def plot_path(
     ----------
     data : Run or xarray.Dataset
         With recorded paths (``record=``).
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     quantity : {"x", "v"}
         Displacement in m or velocity in m/s.
     of : str
@@ -49,12 +48,9 @@ def plot_path(
         Index of the recorded path.
     window : (float, float), optional
         Times in s between which to draw.
-    label, color : str, optional
-        Name of this design in the legend, and its color; by default the next ones of the axes.
+    <label, color>
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -109,9 +105,7 @@ def plot_phase_portrait(
     data, ax, of, member, window, label, color
         As in `plot_path`.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------

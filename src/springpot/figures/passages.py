@@ -35,14 +35,11 @@ def plot_passage_probability(
     ----------
     passages : PassageTimes or PassagesOfLevels
         ``run.first_passages["x"]`` of a run with ``first_passage={"x": [...]}``.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     until : float, optional
         Time in s up to which it is drawn; the end of the run if left out.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -115,9 +112,7 @@ def plot_return_periods(
     label, color : str, optional
         Of what is drawn.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -206,18 +201,14 @@ def plot_rainflow(
         With ``rainflow=`` of this quantity.
     quantity : str
         Such as ``"x"``, ``"mount_elongation"`` or ``"mount_force"``.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     theory : Fatigue, optional
         Of `springpot.theory.fatigue`: the narrow-band law of its ranges is drawn as a line.
     bars : int
         About how many ranges are drawn.
-    label, color : str, optional
-        Name of this design in the legend, and its color; by default the next ones of the axes.
+    <label, color>
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------

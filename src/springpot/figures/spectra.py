@@ -37,12 +37,9 @@ def plot_response_spectrum(
         Of the library's palette, ``springpot.figures.COLORS``.
     label : str
         Of the line in the middle.
-    ax : matplotlib.axes.Axes, optional
-        If left out, those of a new figure.
+    <ax>
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -104,12 +101,9 @@ def plot_fragility(found: Fragility, *, measure: str = "intensity", unit: str = 
         Of `springpot.fragility`.
     measure, unit : str
         What the intensity is, for the axis.
-    ax : matplotlib.axes.Axes, optional
-        If left out, those of a new figure.
+    <ax>
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Examples
     --------

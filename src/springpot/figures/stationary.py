@@ -53,8 +53,7 @@ def plot_density(
         With ``distributions=True``; None for theory alone.
     quantity : {"x", "v", "amplitude", "impact_speed"}
         The amplitude is A = sqrt(x^2 + v^2 / Omega^2).
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     theory : Result or several
         Each is drawn if it has this density.
     at : array_like, shape (n,), optional
@@ -62,12 +61,9 @@ def plot_density(
     of : str
         Of several masses: the mass whose displacement or velocity it is, the part whose elongation it is, or the wall
         whose impact speed it is.
-    label, color : str, optional
-        Name of this design in the legend, and its color; by default the next ones of the axes.
+    <label, color>
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -123,20 +119,15 @@ def plot_spectrum(
     ----------
     data : Run, xarray.Dataset or None
         With ``spectrum=`` frequencies; None for theory alone.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     theory : Result or several
         Each is drawn if it has a spectrum.
     at : array_like, shape (n,), optional
         Frequencies in rad/s at which to draw theory; those of the run if left out.
-    of : str
-        Of several masses: the mass whose displacement it is, or the part whose elongation it is.
-    label, color : str, optional
-        Name of this design in the legend, and its color; by default the next ones of the axes.
+    <of>
+    <label, color>
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -184,22 +175,17 @@ def plot_correlation(
     ----------
     data : Run, xarray.Dataset or None
         With recorded paths (``record=``); None for theory alone.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     theory : Result or several
         Each is drawn if it has a correlation.
     at : array_like, shape (n,)
         Lags in s, at least 0; for recorded paths the nearest whole numbers of steps.
-    of : str
-        Of several masses: the mass whose displacement it is, or the part whose elongation it is.
+    <of>
     since : float
         Time in s before which recorded paths are not yet stationary, and left out.
-    label, color : str, optional
-        Name of this design in the legend, and its color; by default the next ones of the axes.
+    <label, color>
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------

@@ -233,9 +233,8 @@ def _curves(ax: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: str
             if np.isnan(values).all():
                 continue
             ax.plot(where, values, color=COLORS[color], linestyle=line, label=method_label(str(method)))
-    _scale(ax, "x", where)
-    ax.set_xlabel(_named(next(iter(parts.values()))[along]))
-    ax.set_ylabel(_named(next(iter(parts.values()))[name]))
+    first = next(iter(parts.values()))
+    _axes(ax, first[along], first[name])
 
 
 def _with_error(dataset: xarray.Dataset, name: str) -> tuple[Any, Any]:
@@ -262,9 +261,7 @@ def _lines(ax: Axes, parts: Mapping[str, xarray.Dataset], name: str, used: Seque
         for part in own.keys() - {"theory"}:
             found, error = _with_error(own[part], name)
             bars(ax, own[part][along].values, found, error, color=COLORS[color], marker=mark, size=4.0, label=label)
-    _scale(ax, "x", drawn[along].values)
-    ax.set_xlabel(_named(drawn[along]))
-    ax.set_ylabel(_named(drawn[name]))
+    _axes(ax, drawn[along], drawn[name])
 
 
 def _drawn(parts: Mapping[str, xarray.Dataset]) -> xarray.Dataset:
@@ -287,10 +284,13 @@ def _map(
     values = dataset[name].transpose(up, across).values
     where = dataset[across].values, dataset[up].values
     ax.pcolormesh(*where, values, cmap="cividis", shading="nearest", vmin=low, vmax=high)
-    _scale(ax, "x", dataset[across].values)
+    _axes(ax, dataset[across], dataset[up])
     _scale(ax, "y", dataset[up].values)
-    ax.set_xlabel(_named(dataset[across]))
-    ax.set_ylabel(_named(dataset[up]))
+
+
+def _axes(ax: Axes, across: xarray.DataArray, up: xarray.DataArray) -> None:
+    _scale(ax, "x", across.values)
+    ax.set(xlabel=_named(across), ylabel=_named(up))
 
 
 def _named(column: xarray.DataArray) -> str:

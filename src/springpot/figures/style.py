@@ -49,7 +49,22 @@ MOMENT_WORDS = {
 }
 """Of each moment: words before its symbol, its symbol or short name, its unit, and what makes it dimensionless."""
 
+_COMMON = {
+    "ax": "ax : matplotlib.axes.Axes, optional\n        Where to draw; a new figure if left out.",
+    "label, color": "label, color : str, optional\n"
+                    "        Name of this design in the legend, and its color; by default the next ones of the axes.",
+    "of": "of : str\n"
+          "        Of several masses: the mass whose displacement it is, or the part whose elongation it is.",
+    "returns axes": "Returns\n    -------\n    matplotlib.axes.Axes",
+}  # fmt: skip
+"""What docstrings of pictures have in common: it stands there as ``<ax>``."""
 CONFIDENCE = 1.96  # standard errors on either side of a 95 % interval
+
+
+def with_common_words(picture: Any) -> None:
+    """Fill in what the docstring of a picture has in common with others."""
+    for word, meaning in _COMMON.items():
+        picture.__doc__ = (picture.__doc__ or "").replace(f"    <{word}>\n", f"    {meaning}\n")
 
 
 def method_label(method: str) -> str:

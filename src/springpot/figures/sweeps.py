@@ -56,8 +56,7 @@ def plot_against(
     ----------
     parameter : {"order", "coefficient", "natural_frequency", "restitution", "position", "intensity"}
         The parameter on the horizontal axis.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     quantity : str
         A moment, such as ``"amplitude_mean_square"`` or ``"impact_rate"``.
     system : System, optional
@@ -74,9 +73,7 @@ def plot_against(
     label : str, optional
         Of the points; "Monte Carlo, 95 %" if left out, with a number from the second call on.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------

@@ -44,18 +44,14 @@ def plot_transient(
     data : Run, xarray.Dataset or None
         From rest (``start="rest"``), with recorded paths (``record=``, the more the better); None for theory alone.
     quantity : {"amplitude_mean_square", "x_mean", "x_mean_square", "v_mean_square"}
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     theory : Result or several
         Each is drawn if it has this moment as a function of time.
     at : array_like, shape (n,), optional
         Times in s at which to draw theory; those of the run if left out.
-    label, color : str, optional
-        Name of this design in the legend, and its color; by default the next ones of the axes.
+    <label, color>
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -101,18 +97,14 @@ def plot_survival(
         From rest (``start="rest"``), with recorded paths (``record=``); None for theory alone.
     level : float
         Of the amplitude A = sqrt(x^2 + v^2 / w^2) with w the `resonance` of the system, in m.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     theory : Result or several
         Each is drawn if it has a ``first_passage``.
     at : array_like, shape (n,), optional
         Times in s at which to draw theory; those of the run if left out.
-    label, color : str, optional
-        Name of this design in the legend, and its color; by default the next ones of the axes.
+    <label, color>
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------
@@ -201,16 +193,12 @@ def plot_over_time(
         With ``profile=`` bins.
     quantity : str
         Such as ``"x_mean_square"``, ``"impact_rate"``; of several masses ``"box_x_mean_square"``.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     theory : Transient, optional
         Of `springpot.theory.transient`: drawn as a line if it has this quantity.
-    label, color : str, optional
-        Name of this design in the legend, and its color; by default the next ones of the axes.
+    <label, color>
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
 
     Raises
     ------

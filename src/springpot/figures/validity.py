@@ -56,17 +56,14 @@ def plot_gaps(
     method : {"averaging", "averaging_amplitude", "envelope", "memory_closure"}
     moment : str
         Any of `springpot.theory.result.MOMENTS`.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     restitution, position : float
         Of the wall, the position in units of sqrt(q / Omega^3); the map has r = 1, 0.8 and 0.5 at six positions, and
         r = 0.9 and 0.7 at position 0.
     path : Path
         The map; the one that comes with the package if left out.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
         One cell for each order and c = C Omega^(alpha-2); hatched where the method has no result, blank where Monte
         Carlo is too uncertain, bold for gaps that give a warning.
 
@@ -165,16 +162,13 @@ def plot_system_gaps(
     method : {"averaging_amplitude", "linearization", "envelope", "half_cycles", "path_integration"}
     moment : str
         Any that `springpot.evidence.reliability.SYSTEMS_MAP` has gaps of.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if left out.
+    <ax>
     walls, position, apart, restitution, color, hardening
         The other numbers of `springpot.evidence.cells.Cell`.
     path : Path
         The map; the one that comes with the package if left out.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
+    <returns axes>
         As of `plot_gaps`.
 
     Raises

@@ -105,7 +105,7 @@ def column(values: object, name: str, length: int | None = None) -> Floats:
     >>> column((1, 2.5), "time").tolist()
     [1.0, 2.5]
     """
-    found = _numbers(values, f"{name} must be a list of numbers")
+    found = numbers_in_array(values, f"{name} must be a list of numbers")
     if found.ndim != 1:
         raise ValueError(f"{name} must be a list of numbers, not an array of {found.ndim} dimensions.")
     _check_finite(found, name)
@@ -178,17 +178,13 @@ def rows(values: object, samples: int, name: str = "values") -> Floats:
     TypeError, ValueError, PointFault
         If they are none.
     """
-    found = _numbers(values, f"{name} must be numbers, one for each time")
+    found = numbers_in_array(values, f"{name} must be numbers, one for each time")
     given, found = found.shape, found[np.newaxis] if found.ndim == 1 else found
     if found.ndim != 2 or found.shape[0] == 0 or found.shape[1] != samples:
         raise ValueError(f"{name} must have one number for each of the {samples} times, or rows of them, not an array "
                          f"of shape {given}.")  # fmt: skip
     _check_finite(found, name)
     return fixed(found)
-
-
-def _numbers(values: object, must: str) -> Floats:
-    return numbers_in_array(values, must)
 
 
 def _check_finite(found: Floats, name: str) -> None:

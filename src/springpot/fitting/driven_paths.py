@@ -117,8 +117,7 @@ class DrivenModel:
         mass = float(mass) if data.on != "ground" else mass  # of a free one the force is not known before
         pull = rate**2 * data.values + 2.0 * _LED * rate * np.gradient(data.values, data.step, axis=1)
         pull = float(mass) * pull if data.on != "ground" else -pull
-        parts = {"lead": Spring(rate**2 * mass), "brake": Dashpot(2.0 * _LED * rate * mass)}
-        whole = System(**dict(system.stated()) | parts)
+        whole = system.but(lead=Spring(rate**2 * mass), brake=Dashpot(2.0 * _LED * rate * mass))
         driven = _driven(whole, data, self.driven.every, self.driven.is_sampled, data.input + pull)
         stub = with_stub(whole, _DRIVE, data.step, [*data.input])
         return replace(self, whole=whole, stub=stub, driven=driven)

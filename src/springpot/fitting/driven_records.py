@@ -13,18 +13,18 @@ before, and the smallest sum of squares is taken; from other starts too, where n
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from springpot.fitting.driven_paths import driven_model
-from springpot.fitting.likelihood import Coordinates, LeastSquares, Table, inverse
+from springpot.fitting.likelihood import USUAL, Coordinates, How, LeastSquares, Table, inverse, refuse_idle
 from springpot.fitting.motion_data import MeasuredRecord
 from springpot.fitting.sensor_noise import clipped, coloured_square, filtered, lags_of, noise_probability
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import NoFitError, Stopped, listed
+from springpot.machine.faults import NoFitError, Stopped
 from springpot.problem.system import System
 
 _FIRST = 60  # samples of the first part of a record that grows
@@ -81,12 +81,9 @@ class DrivenLikelihood(LeastSquares):
         Without excitation of its own; with free numbers.
     data : MeasuredRecord
         With its input.
-    seed : int
-        Of other starts, where the record is not followed from the given one.
-    stop : callable, optional
-        Tells whether to end with the best numbers so far.
-    told : callable, optional
-        Called with the share of the search that is done.
+    how : How
+        Its seed is that of other starts, where the record is not followed from the given one; its progress is called
+        with the share of the search that is done.
 
     Raises
     ------
@@ -96,11 +93,8 @@ class DrivenLikelihood(LeastSquares):
 
     known, smooth_start, simulated = False, True, True
 
-    def __init__(
-        self, system: System, data: MeasuredRecord, seed: int = 1, stop: Callable[[], bool] | None = None,
-        told: Callable[[float], None] | None = None,
-    ) -> None:  # fmt: skip
-        self.system, self.data, self.stop, self._seed, self._told = system, data, stop, seed, told
+    def __init__(self, system: System, data: MeasuredRecord, how: How = USUAL) -> None:
+        super().__init__(system, data, how)
         self._model = driven_model(system, data)
         self.coordinates = Coordinates(self._model.numbers)
         self._spreads = [float(data.values[own].std()) for own in self._channels]
@@ -115,18 +109,22 @@ class DrivenLikelihood(LeastSquares):
         return [self._model.of_channel(n) for n in range(len(self.data.channels))]
 
     @property
-    def size(self) -> int:  # type: ignore[override]
+    def size(self) -> int:
         """Number of samples that are compared."""
         return sum(own.size for own in self._compared(self.data.values))
 
     def _compared(self, rows: Floats, whiten: bool = True) -> list[Floats]:
         """The part of each channel that is compared, over its spread; through the filter that makes its noise white."""
-        first = round(self.data.skip / self.data.step)
+        first = self.data.first
         own = [
             rows[channel, first : self._samples] / spread
             for channel, spread in zip(self._channels, self._spreads, strict=True)
         ]
         return [filtered(each, lags) for each, lags in zip(own, self._filters, strict=True)] if whiten else own
+
+    def _in_a_row(self, rows: Floats) -> Floats:
+        """What is compared, of one channel after the other."""
+        return np.concatenate([own.ravel() for own in self._compared(rows)])
 
     def _at(self, theta: Floats) -> tuple[Floats, Floats]:
         """What is left of the record, and the derivatives of what is expected; of the last numbers they are kept."""
@@ -141,12 +139,11 @@ class DrivenLikelihood(LeastSquares):
 
     def residuals(self, theta: Floats) -> Floats:
         """Of the record over its spread, filtered."""
-        return np.concatenate([own.ravel() for own in self._compared(self._left(theta))])
+        return self._in_a_row(self._left(theta))
 
     def sensitivity(self, theta: Floats) -> Floats:
         """Derivatives of what is expected."""
-        columns = [np.concatenate([own.ravel() for own in self._compared(slope)]) for slope in self._at(theta)[1]]
-        return np.stack(columns, axis=1)
+        return np.stack([self._in_a_row(slope) for slope in self._at(theta)[1]], axis=1)
 
     def constant(self) -> float:
         """What the spreads add."""
@@ -185,7 +182,7 @@ class DrivenLikelihood(LeastSquares):
                 self._model = self._model.with_step(2 * self._model.driven.every)
                 again = self._again(u, moves)
                 if not self._is_linear and self._squares(again) > _GROWN * before:
-                    rng = np.random.default_rng([self._seed, 49])
+                    rng = np.random.default_rng([self.how.seed, 49])
                     others = self._best_about(u, root, rng, moves), self._growing(u, moves)
                     again = min(again, *others, key=self._squares)
                 u = again
@@ -231,7 +228,8 @@ class DrivenLikelihood(LeastSquares):
         for n, start in enumerate(self._starts(begin)):
             if self._is_followed(best) or (self._is_linear and not self._is_lost(best)):
                 break
-            self._tell(n / (_STARTS + 2.0))
+            if self.how.progress is not None:
+                self.how.progress(n / (_STARTS + 2.0))
             best = min(best, self._led(start, moves), key=self._squares)
             if not self._is_linear and not self._is_followed(best):
                 best = min(best, self._growing(start, moves), key=self._squares)
@@ -246,7 +244,7 @@ class DrivenLikelihood(LeastSquares):
         own, count = self.coordinates, self._model.of_model
         yield begin
         starts = _STARTS if self.system.walls else _STARTS_WITHOUT_WALLS
-        places = qmc.LatinHypercube(count, rng=np.random.default_rng([self._seed, 46])).random(starts)
+        places = qmc.LatinHypercube(count, rng=np.random.default_rng([self.how.seed, 46])).random(starts)
         for place in 2.0 * places - 1.0:
             away = np.zeros(begin.size)
             sizes = np.where(own.logarithmic, 1.0, np.maximum(np.abs(begin), 0.05 * (own.high - own.low)))
@@ -273,8 +271,8 @@ class DrivenLikelihood(LeastSquares):
         Where a longer part is followed worse, places about the numbers of the shorter one are tried: its errors say how
         far the numbers may still be off.
         """
-        u, whole, rng = begin, self.data.time.size, np.random.default_rng([self._seed, 48])
-        first = round(self.data.skip / self.data.step)
+        u, whole, rng = begin, self.data.time.size, np.random.default_rng([self.how.seed, 48])
+        first = self.data.first
         parts, length = list[int](), max(_FIRST, 4 * begin.size)
         while first + length < whole:
             parts.append(first + length)
@@ -293,7 +291,7 @@ class DrivenLikelihood(LeastSquares):
 
     def _near(self, u: Floats, moves: NDArray[np.bool_]) -> Floats:
         """Behind stops, the least of the minima near one: from the best of many places about it, again and again."""
-        rng = np.random.default_rng([self._seed, 47])
+        rng = np.random.default_rng([self.how.seed, 47])
         for _ in range(_ROUNDS if self.system.stops else 0):
             before = self._squares(u)
             best = self._best_about(u, self._root(u), rng, moves)
@@ -413,7 +411,7 @@ class DrivenLikelihood(LeastSquares):
         residual, slopes = self.residuals(theta), self.sensitivity(theta)
         finer = self._model.with_step(2 * self._model.driven.every)
         left = self.data.values - finer.expected([theta], self._samples)[0]
-        change = residual - np.concatenate([own.ravel() for own in self._compared(left)])
+        change = residual - self._in_a_row(left)
         information = inverse(slopes.T @ slopes)
         errors = np.sqrt(np.diag(information) * float(residual @ residual) / max(residual.size - theta.size, 1))
         return bool((np.abs(information @ (slopes.T @ change)) <= _MOVED * errors).all())
@@ -421,18 +419,14 @@ class DrivenLikelihood(LeastSquares):
     def _check_influence(self, u: Floats) -> None:
         """Every number of the model must move the path."""
         moved = np.abs(self.sensitivity(self._outer(u))).max(axis=0)[: self._model.of_model]
-        if idle := [name for name, move in zip(self.coordinates.names, moved.tolist(), strict=False) if move == 0.0]:
-            never = ": the path never reaches what they belong to" if self.system.stops else ""
-            raise ValueError(f"{listed(idle)} must not be free: this record depends on none of this{never}.")
-
-    def _tell(self, share: float) -> None:
-        if self._told is not None:
-            self._told(share)
+        never = ": the path never reaches what they belong to" if self.system.stops else ""
+        idle = [name for name, move in zip(self.coordinates.names, moved.tolist(), strict=False) if move == 0.0]
+        refuse_idle(idle, f"this record depends on none of this{never}")
 
     def extras(self, theta: Floats) -> dict[str, float]:
         """The standard deviation of what is left of each point, and how many samples its noise remembers."""
         found, together = dict[str, float](), len(self._channels) > 1
-        left = self._left(theta)[:, round(self.data.skip / self.data.step) :]
+        left = self._left(theta)[:, self.data.first :]
         for n, (channel, lags) in enumerate(zip(self._channels, self._filters, strict=True), start=1):
             own = f"_{n}" * together
             found |= {f"left{own}": float(np.sqrt(np.mean(left[channel] ** 2))), f"noise_lags{own}": float(lags.size)}
@@ -447,7 +441,7 @@ class DrivenLikelihood(LeastSquares):
             self._of_noise(theta, moving), "what is left depends on the motion or the input: the model lacks something",
         )  # fmt: skip
         if self.data.noise is not None:
-            raw = self._left(theta)[:, round(self.data.skip / self.data.step) :].ravel()
+            raw = self._left(theta)[:, self.data.first :].ravel()
             chi = float(raw @ raw) / self.data.noise**2
             found["size of the residuals (chi-square)"] = (
                 float(stats.chi2.sf(chi, max(raw.size - moving, 1))), "more is left than the stated noise explains",
@@ -475,7 +469,7 @@ class DrivenLikelihood(LeastSquares):
             for kind in kinds:
                 whole = np.zeros_like(expected)
                 whole[channel] = kind * self._spreads[n]
-                columns.append(np.concatenate([each.ravel() for each in self._compared(whole)]))
+                columns.append(self._in_a_row(whole))
         return np.stack(columns, axis=1)
 
     def doubts(self, theta: Floats) -> tuple[str, ...]:
@@ -495,14 +489,10 @@ class DrivenLikelihood(LeastSquares):
     def table(self, theta: Floats) -> Table:
         """Samples, and what the path with the found numbers has in their place."""
         left = self._left(theta)
-        rows, samples = self.data.values.shape
-        words = "point" if len(self._channels) > 1 else "piece"
-        names = [f"{words} {n + 1}" for n in range(rows)] if rows > 1 else ["path"]
+        word = "point" if len(self._channels) > 1 else "piece"
+        names = [f"{word} {n + 1}" for n in range(len(left))]
         sizes = np.maximum(np.sqrt(np.mean(left**2, axis=1, keepdims=True)), 1e-300)
-        return Table(
-            "time", "s", np.tile(self.data.time, rows), np.repeat(names, samples), self.data.values.ravel(),
-            (self.data.values - left).ravel(), (left / sizes).ravel(),
-        )  # fmt: skip
+        return Table.of_record(self.data.time, names, self.data.values, self.data.values - left, left / sizes)
 
     def predicted(self, theta: Floats, covariance: Floats, data: MeasuredRecord) -> Prediction:
         """Another record of the same device: as `springpot.fitting.result.Fit.predict` says.
@@ -519,10 +509,10 @@ class DrivenLikelihood(LeastSquares):
                 raise ValueError(f"{name} of the record must be found, or stated, as in the record that was fitted.")
         own = self._like(data)
         shared = self._model.offsets.stop + (self.data.delay is None)
-        whole = np.array([float(number) for number in own.coordinates.free])
+        whole = own.coordinates.given
         whole[:shared] = theta[:shared]
         if data.start == "free":
-            seen = max(round(data.skip / data.step), _FEWEST) if data.skip > 0.0 else data.time.size
+            seen = max(data.first, _FEWEST) if data.skip > 0.0 else data.time.size
             part = replace(
                 data, time=data.time[:seen], values=data.values[:, :seen], input=data.input[:, :seen], skip=0.0
             )
@@ -532,7 +522,7 @@ class DrivenLikelihood(LeastSquares):
         left, slopes = own._model.compared(whole, data.time.size)
         inner = np.nan_to_num(covariance[:shared, :shared])
         error = np.sqrt(np.einsum("irn,ij,jrn->rn", slopes[:shared], inner, slopes[:shared]))
-        compared = left[:, round(data.skip / data.step) :]
+        compared = left[:, data.first :]
         size = float(np.sqrt(np.mean(compared**2)))
         return Prediction(data.time, data.values, data.values - left, error, size, size / float(data.values.std()))
 

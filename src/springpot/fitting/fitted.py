@@ -13,12 +13,11 @@ import numpy as np
 from springpot.fitting.estimate import VAGUE, confusions, correlation_of, search
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.impacts import ImpactLikelihood, law_of
-from springpot.fitting.likelihood import How, LeastSquares, Likelihood
-from springpot.fitting.moduli import ModuliLikelihood
+from springpot.fitting.likelihood import How, LeastSquares, Likelihood, refuse_idle
+from springpot.fitting.moduli import ModuliLikelihood, SteppedLikelihood
 from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
 from springpot.fitting.part_data import MeasuredCreep, MeasuredImpacts, MeasuredModuli, MeasuredRelaxation
 from springpot.fitting.reading import Data
-from springpot.fitting.relaxation import SteppedLikelihood
 from springpot.fitting.result import Choice, Fit
 from springpot.fitting.spectra import SpectrumLikelihood
 from springpot.fitting.statistics import MeasuredStatistics
@@ -183,14 +182,16 @@ def _fit(model: Any, data: Any, how: How) -> Fit:
     own = likelihood.coordinates
     if not likelihood.simulated:  # those of statistics were checked before any work
         _check_size(len(own.free), likelihood.size, 2)
-        _check_influence(likelihood)
-        likelihood.stop = how.stop
+        if isinstance(likelihood, LeastSquares):
+            moves = np.abs(likelihood.sensitivity(own.outer(own.start))).max(axis=0)
+            idle = [name for name, move in zip(own.names, moves.tolist(), strict=True) if move == 0.0]
+            refuse_idle(idle, "such data do not depend on it")
     best = search(likelihood, how.seed)
     likelihood.stop = None  # what is asked of it later is answered
     theta = own.outer(best.u)
     named = own.named(theta)
-    if idle := "" if likelihood.stopped else likelihood.without_influence(theta, best.moves):
-        raise NoFitError(idle)
+    if fault := "" if likelihood.stopped else likelihood.without_influence(theta, best.moves):
+        raise NoFitError(fault)
     whole = likelihood.covariance(theta, np.ones(theta.size, bool))
     covariance = np.full(whole.shape, math.nan)
     if best.moves.any():
@@ -235,18 +236,9 @@ def _check_size(numbers: int, points: int, spare: int) -> None:
                          f"for {numbers}.")  # fmt: skip
 
 
-def _check_influence(likelihood: Likelihood) -> None:
-    """No free number may leave the data as they are."""
-    own = likelihood.coordinates
-    if isinstance(likelihood, LeastSquares):
-        moves = np.abs(likelihood.sensitivity(own.outer(own.start))).max(axis=0)
-        if idle := [name for name, move in zip(own.names, moves.tolist(), strict=True) if move == 0.0]:
-            raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
-
-
 def _likelihood(model: Any, data: Any, how: How) -> Likelihood:
     if isinstance(data, MeasuredImpacts):
-        return ImpactLikelihood(law_of(model), data)
+        return ImpactLikelihood(law_of(model), data, how)
     if isinstance(data, MeasuredStatistics | tuple):
         cases = [(model, data)] if isinstance(data, MeasuredStatistics) else [*zip(model, data, strict=True)]
         for each, _ in cases:
@@ -259,26 +251,26 @@ def _likelihood(model: Any, data: Any, how: How) -> Likelihood:
     match data:
         case MeasuredModuli():
             check_single(system)
-            return ModuliLikelihood(system, data)
+            return ModuliLikelihood(system, data, how)
         case MeasuredRelaxation() | MeasuredCreep():
             check_single(system)
-            return SteppedLikelihood(system, data)
+            return SteppedLikelihood(system, data, how)
         case MeasuredFrequencyResponse():
-            return ResponseLikelihood(system, data)
+            return ResponseLikelihood(system, data, how)
         case MeasuredSpectrum():
-            return SpectrumLikelihood(system, data, how.seed, how.stop)
+            return SpectrumLikelihood(system, data, how)
         case MeasuredRecord() if data.has_input:
             from springpot.fitting.driven_records import DrivenLikelihood  # brings the whole engine
 
-            return DrivenLikelihood(system, data, how.seed, how.stop, how.progress)
+            return DrivenLikelihood(system, data, how)
         case _:
             if is_nonlinear(system):
                 from springpot.fitting.nonlinear_records import NonlinearRecordLikelihood
 
-                return NonlinearRecordLikelihood(system, data, how.stop)
+                return NonlinearRecordLikelihood(system, data, how)
             from springpot.fitting.records import RecordLikelihood  # brings Numba
 
-            return RecordLikelihood(system, data, how.seed, how.stop)
+            return RecordLikelihood(system, data, how)
 
 
 def is_nonlinear(system: System) -> bool:

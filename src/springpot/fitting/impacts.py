@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.fitting.likelihood import Coordinates, GammaSquares, Table, slopes
+from springpot.fitting.likelihood import USUAL, Coordinates, GammaSquares, How, Table, refuse_idle, slopes
 from springpot.fitting.part_data import MeasuredImpacts
 from springpot.machine.arguments import Free
 from springpot.machine.arrays import Floats
@@ -94,8 +94,7 @@ def _law_of_wall(model: System) -> Law:
         )
     wall = walls[0]
     own = free_numbers(wall.restitution)
-    if idle := [name for name in free_numbers(model) if name not in own]:
-        raise ValueError(f"{listed(idle)} must not be free: impacts depend on the restitution only.")
+    refuse_idle([name for name in free_numbers(model) if name not in own], "impacts depend on the restitution only")
 
     def restitution(speed: Floats, **named: float) -> Floats:
         moved = with_values(wall, named)
@@ -119,10 +118,9 @@ class ImpactLikelihood(GammaSquares):
     ratios scatter about r(v) in proportion to it.
     """
 
-    def __init__(self, law: Law, data: MeasuredImpacts) -> None:
-        self.law, self.data = law, data
+    def __init__(self, law: Law, data: MeasuredImpacts, how: How = USUAL) -> None:
+        self.law, self.data, self.stop, self.values = law, data, how.stop, data.after
         self.coordinates = Coordinates(tuple(law.free.values()))
-        self.values, self.size = data.after, data.size
         self.known = data.error is not None
 
     def expected(self, theta: Floats) -> Floats:
@@ -165,8 +163,8 @@ class ImpactLikelihood(GammaSquares):
     def table(self, theta: Floats) -> Table:
         """Restitution against the speed before, in its order."""
         order = np.argsort(self.data.before, kind="stable")
-        residual = self.pearson(theta) / self.scatter(theta, len(self.coordinates.free)) ** 0.5
         return Table(
             "before", "m/s", self.data.before[order], np.full(self.size, "restitution"),
-            (self.values / self.data.before)[order], (self.expected(theta) / self.data.before)[order], residual[order],
+            (self.values / self.data.before)[order], (self.expected(theta) / self.data.before)[order],
+            self.standardized(theta)[order],
         )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,18 +13,23 @@ from numpy.typing import NDArray
 
 from springpot.machine.arguments import Free
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import Stopped
+from springpot.machine.faults import Stopped, listed
+from springpot.problem.free_numbers import free_numbers, restarted
+from springpot.problem.system import System
 
 
 @dataclass(frozen=True)
 class How:
     """How a fit is computed: see `springpot.fit`."""
 
-    seed: int
-    paths: int | None
-    threads: int | None
-    progress: Callable[[float], None] | None
-    stop: Callable[[], bool] | None
+    seed: int = 1
+    paths: int | None = None
+    threads: int | None = None
+    progress: Callable[[float], None] | None = None
+    stop: Callable[[], bool] | None = None
+
+
+USUAL = How()
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +49,20 @@ class Coordinates:
 
     free: tuple[Free, ...]
 
+    @classmethod
+    def of(cls, model: Any) -> Coordinates:
+        """Those of a model, or of several."""
+        return cls(tuple(free_numbers(model).values()))
+
     @property
     def names(self) -> tuple[str, ...]:
         """Of the numbers."""
         return tuple(number.name for number in self.free)
+
+    @property
+    def given(self) -> Floats:
+        """The numbers from which a search starts."""
+        return np.array([float(number) for number in self.free])
 
     @property
     def logarithmic(self) -> NDArray[np.bool_]:
@@ -67,7 +82,7 @@ class Coordinates:
     @property
     def start(self) -> Floats:
         """Inner coordinates of the starts."""
-        return self.inner(np.array([float(number) for number in self.free]))
+        return self.inner(self.given)
 
     def inner(self, theta: Floats) -> Floats:
         """Numbers to coordinates."""
@@ -93,19 +108,21 @@ class Coordinates:
         """Numbers by name."""
         return dict(zip(self.names, map(float, theta), strict=True))
 
+    def named_at(self, u: Floats) -> dict[str, float]:
+        """Numbers by name, from their coordinates."""
+        return self.named(self.outer(u))
 
-def moved(free: tuple[Free, ...], theta: Floats) -> tuple[Free, ...]:
-    """The same numbers, which start elsewhere.
+    def moved(self, theta: Floats) -> Coordinates:
+        """Those of the same numbers, which start elsewhere.
 
-    Examples
-    --------
-    >>> moved((Free(1.0, "C", 0.1, 10.0),), np.array([20.0]))
-    (free('C', 10.0, (0.1, 10.0)),)
-    """
-    return tuple(
-        Free(min(max(float(value), number.low), number.high), number.name, number.low, number.high)
-        for number, value in zip(free, theta, strict=True)
-    )
+        Examples
+        --------
+        >>> Coordinates((Free(1.0, "C", 0.1, 10.0),)).moved(np.array([20.0])).free
+        (free('C', 10.0, (0.1, 10.0)),)
+        """
+        within = np.clip(theta, [number.low for number in self.free], [number.high for number in self.free])
+        pairs = zip(self.free, within.tolist(), strict=True)
+        return Coordinates(tuple(Free(start, number.name, number.low, number.high) for number, start in pairs))
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,15 +151,27 @@ class Table:
     residual: Floats
     error: Floats | None = None
 
+    @classmethod
+    def of_record(cls, time: Floats, names: Sequence[str], data: Floats, fitted: Floats, residual: Floats) -> Table:
+        """Of samples in rows, each of which has a name where there are several."""
+        rows, samples = data.shape
+        groups = np.repeat(names if rows > 1 else ["path"], samples)
+        return cls("time", "s", np.tile(time, rows), groups, data.ravel(), fitted.ravel(), residual.ravel())
+
 
 class Likelihood(ABC):
     """How well numbers agree with data.
 
+    Parameters
+    ----------
+    system : System
+        With free numbers.
+    data : one of the ``Measured...`` classes
+    how : How
+
     Attributes
     ----------
     coordinates : Coordinates
-    size : int
-        Number of data.
     known : bool
         Whether the scatter of the data is known; if not, it is estimated from the residuals.
     stopped : bool
@@ -151,19 +180,26 @@ class Likelihood(ABC):
         The least deviance so far and its numbers.
     """
 
-    coordinates: Coordinates
-    size: int
     known: bool = True
     smooth_start: bool = False  # whether one start is enough
-    stop: Callable[[], bool] | None = None  # tells whether to end with the best numbers so far
     stopped: bool = False
     least: tuple[float, Floats] | None = None
     ended: bool = False  # whether the search is over: what follows are profiles
     is_local: bool = False  # whether it knows the model near its solution alone
     simulated: bool = False  # whether it has checked by itself that every number has an influence
 
+    def __init__(self, system: System, data: Any, how: How = USUAL) -> None:
+        self.system, self.data, self.how = system, data, how
+        self.stop = how.stop  # tells whether to end with the best numbers so far
+        self.coordinates = Coordinates.of(system)
+
+    @property
+    def size(self) -> int:
+        """Number of data."""
+        return int(self.data.size)
+
     @abstractmethod
-    def deviance(self, theta: Floats) -> float:
+    def misfit(self, theta: Floats) -> float:
         """-2 ln L, up to a constant; the sum of squares where the scatter is not known."""
 
     @abstractmethod
@@ -177,6 +213,17 @@ class Likelihood(ABC):
     @abstractmethod
     def table(self, theta: Floats) -> Table:
         """Data, fit and residuals."""
+
+    def deviance(self, theta: Floats) -> float:
+        """The same at a place of the search, which may be stopped there, and remembers the best."""
+        self.ask()
+        found = self.misfit(theta)
+        self.note(found, theta)
+        return found
+
+    def restarted(self, theta: Floats) -> System:
+        """The model, whose free numbers start at these."""
+        return restarted(self.system, self.coordinates.named(theta))
 
     def scatter(self, theta: Floats, moving: int) -> float:
         """Estimated variance of the residuals; 1 where it is known."""
@@ -260,17 +307,14 @@ class LeastSquares(Likelihood):
         """Differences to the expected data in standard deviations."""
         return self.residuals(theta)
 
-    def deviance(self, theta: Floats) -> float:
+    def misfit(self, theta: Floats) -> float:
         """The sum of squares."""
-        found = self._tried(theta)
+        found = self.residuals(theta)
         return float(found @ found)
 
-    def _tried(self, theta: Floats) -> Floats:
-        """The residuals at a place of the search, which may be stopped there."""
-        self.ask()
-        found = self.residuals(theta)
-        self.note(float(found @ found), theta)
-        return found
+    def standardized(self, theta: Floats) -> Floats:
+        """Differences to the expected data in standard deviations, which are estimated where they are not known."""
+        return np.asarray(self.pearson(theta) / self.scatter(theta, len(self.coordinates.free)) ** 0.5)
 
     def scatter(self, theta: Floats, moving: int) -> float:
         """Mean square of the residuals, for the degrees of freedom that are left."""
@@ -295,25 +339,24 @@ class LeastSquares(Likelihood):
         low, high = (ends[moves] for ends in self.limits())
 
         def full(part: Floats) -> Floats:
-            u = begin.copy()
-            u[moves] = part
-            return own.outer(u)
+            return own.outer(replaced(begin, moves, part))
 
         def slope(part: Floats) -> Floats:
             theta = full(part)
             return np.asarray((self.jacobian(theta) * own.slope(theta))[:, moves])
 
         def residuals(part: Floats) -> Floats:
-            return self._tried(full(part))
+            self.ask()
+            found = self.residuals(theta := full(part))
+            self.note(float(found @ found), theta)
+            return found
 
         inside = np.clip(begin[moves], low + 1e-9 * (high - low), high - 1e-9 * (high - low))
         found = least_squares(
             residuals, inside, slope, bounds=(low, high), x_scale="jac",
             xtol=1e-8, ftol=1e-10, gtol=1e-9, max_nfev=100,
         )  # fmt: skip
-        u = begin.copy()
-        u[moves] = found.x
-        return u
+        return replaced(begin, moves, found.x)
 
     def covariance(self, theta: Floats, moves: NDArray[np.bool_]) -> Floats:
         """From the expected information."""
@@ -349,11 +392,14 @@ class GammaSquares(LeastSquares):
         The data.
     certainty : float
         One over their relative error; 1 where it is not known.
+    axis : (str, str)
+        Name and unit of what they are measured against.
     at : ndarray, shape (n,)
-        Their frequencies in Hz.
+        Their places on it.
     group : ndarray of str, shape (n,)
     """
 
+    axis: tuple[str, str] = ("frequency_hz", "Hz")
     values: Floats
     certainty: float = 1.0
     at: Floats
@@ -380,9 +426,27 @@ class GammaSquares(LeastSquares):
         return float(2.0 * np.log(self.values / self.certainty).sum() + self.size * np.log(2.0 * np.pi))
 
     def table(self, theta: Floats) -> Table:
-        """Data against frequency."""
-        residual = self.pearson(theta) / self.scatter(theta, len(self.coordinates.free)) ** 0.5
-        return Table("frequency_hz", "Hz", self.at, self.group, self.values, self.expected(theta), residual)
+        """Data in their order."""
+        return Table(*self.axis, self.at, self.group, self.values, self.expected(theta), self.standardized(theta))
+
+
+def refuse_idle(idle: Sequence[str], why: str) -> None:
+    """No number may be free that changes nothing; ``why`` completes the sentence.
+
+    Raises
+    ------
+    ValueError
+        If one is.
+    """
+    if idle:
+        raise ValueError(f"{listed(idle)} must not be free: {why}.")
+
+
+def replaced(numbers: Floats, which: NDArray[np.bool_], part: Floats) -> Floats:
+    """The same numbers with others in some places."""
+    found = numbers.copy()
+    found[which] = part
+    return found
 
 
 def inverse(information: Floats) -> Floats:

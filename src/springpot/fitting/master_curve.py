@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from springpot.fitting.likelihood import inverse
+from springpot.fitting.likelihood import inverse, replaced
 from springpot.fitting.part_data import MeasuredModuli
 from springpot.machine.arguments import finite_number
 from springpot.machine.arrays import Floats
@@ -158,7 +159,7 @@ def _apart(u: Floats, one: Floats, v: Floats, other: Floats) -> float:
 
 
 def _solved(
-    log_f: Sequence[Floats], values: Sequence[Floats], start: Floats, free: Floats, pieces: int
+    log_f: Sequence[Floats], values: Sequence[Floats], start: Floats, free: NDArray[np.bool_], pieces: int
 ) -> tuple[Floats, Floats, float]:
     """The shifts at the least sum of squares about a spline, the slopes of the residuals, and that sum."""
     from scipy.interpolate import BSpline
@@ -170,8 +171,7 @@ def _solved(
     joined = np.concatenate(values, axis=1)
 
     def residuals(part: Floats) -> Floats:
-        shifts = start.copy()
-        shifts[free] = part
+        shifts = replaced(start, free, part)
         where = np.concatenate([own + shift for own, shift in zip(log_f, shifts, strict=True)])
         basis = BSpline.design_matrix(where, knots, 3, extrapolate=True).toarray()
         own, sizes, _ = np.linalg.svd(basis, full_matrices=False)
@@ -179,9 +179,7 @@ def _solved(
         return np.asarray((joined.T - own @ (own.T @ joined.T)).T.ravel())
 
     found = least_squares(residuals, start[free], x_scale=1.0, xtol=1e-12, ftol=1e-12, gtol=1e-12, jac="3-point")
-    shifts = start.copy()
-    shifts[free] = found.x
-    return shifts, np.asarray(found.jac), 2.0 * float(found.cost)
+    return replaced(start, free, found.x), np.asarray(found.jac), 2.0 * float(found.cost)
 
 
 def _check_shared(warmth: Sequence[float], log_f: Sequence[Floats], shifts: Floats) -> None:

@@ -303,6 +303,11 @@ class MeasuredRecord(Measured):
         return replace(self, time=self.time[:length] - self.time[0], values=values, input=inputs)
 
     @property
+    def first(self) -> int:
+        """The first sample that is compared."""
+        return round(self.skip / self.step)
+
+    @property
     def has_input(self) -> bool:
         """Whether the input was measured too."""
         return self.input is not None

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
 
 from springpot.fitting.impact_filter import Flow, filtered
-from springpot.fitting.likelihood import Coordinates, Likelihood, Table, inverse, moved
+from springpot.fitting.likelihood import USUAL, Coordinates, How, inverse
 from springpot.fitting.motion_data import MeasuredRecord
-from springpot.fitting.records import checks_of, with_noise
+from springpot.fitting.records import OfRecord, with_noise
 from springpot.fitting.spectra import NOISE
 from springpot.machine.arguments import Free
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, listed
-from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.parts import (
     Barrier,
     Contact,
@@ -58,7 +56,7 @@ _TURNS = 40  # of the equivalent stiffness
 _THREADS = 2
 
 
-class NonlinearRecordLikelihood(Likelihood):
+class NonlinearRecordLikelihood(OfRecord):
     """Samples of one mass with walls, contacts or nonlinear springs under white noise.
 
     Parameters
@@ -66,21 +64,19 @@ class NonlinearRecordLikelihood(Likelihood):
     system : System
         With free numbers.
     data : MeasuredRecord
-    stop : callable, optional
-        Tells whether to end with the best numbers so far.
+    how : How
     """
 
-    smooth_start = True
+    not_gaussian = "the motion has another law: a wall or nonlinear part that the model lacks"
     _settled = False  # whether the substeps are chosen for good
 
-    def __init__(self, system: System, data: MeasuredRecord, stop: Callable[[], bool] | None = None) -> None:
+    def __init__(self, system: System, data: MeasuredRecord, how: How = USUAL) -> None:
         _check(system, data)
-        self.system, self.data, self.stop = system, data, stop
-        self.size = data.size
+        super().__init__(system, data, how)
         self._values = np.ascontiguousarray(data.values)
         self._seen = "xva".index(str(data.of))
         self._least_noise = _OWN_NOISE * float(self._values.std())
-        free = with_noise((*free_numbers(system).values(),), data, self._least_noise)
+        free = with_noise(self.coordinates.free, data, self._least_noise)
         duration = data.step * (data.time.size - 1)
         fastest = _FASTEST * (_FINER if data.of == "a" else 1) / data.step
         count = math.ceil(math.log(fastest * duration / _SLOWEST) / _SPACING) + 1
@@ -92,18 +88,16 @@ class NonlinearRecordLikelihood(Likelihood):
         self._places = np.isin(self.coordinates.names, walls)
         self._prepare(self.coordinates.outer(self.coordinates.start))
         if data.of != "x":
-            self.coordinates = Coordinates(self._with_best_positions())
+            self.coordinates = self._with_best_positions()
 
     def flow(self, theta: Floats) -> tuple[Flow, float]:
         """The motion of the mass, and the standard deviation of the measurement noise."""
-        named = self.coordinates.named(theta)
-        noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
-        return flow_of(restarted(self.system, named), self._rates), max(noise, self._least_noise)
+        system, noise = self.model_at(theta)
+        return flow_of(system, self._rates), max(noise, self._least_noise)
 
-    def _with_best_positions(self) -> tuple[Free, ...]:
+    def _with_best_positions(self) -> Coordinates:
         """Free positions of walls start where the other numbers, as they are, agree best with the samples."""
-        free = self.coordinates.free
-        theta = np.array([float(number) for number in free])
+        free, theta = self.coordinates.free, self.coordinates.given
         for name in (wall.position.name for wall in self.system.walls.values() if isinstance(wall.position, Free)):
             place = self.coordinates.names.index(name)
             found = []
@@ -111,7 +105,7 @@ class NonlinearRecordLikelihood(Likelihood):
                 theta[place] = at
                 found.append((-self.deviance(theta), float(at)))
             theta[place] = max(found)[1]
-        return moved(free, theta)
+        return self.coordinates.moved(theta)
 
     def _prepare(self, theta: Floats) -> None:
         """Choose the substeps, and what is known before the first sample, for numbers like these."""
@@ -143,18 +137,9 @@ class NonlinearRecordLikelihood(Likelihood):
             terms[:] = -np.inf
             return terms, expected, spread + 1.0, 0.0
         impacts = filtered(
-            self._values,
-            self.data.step,
-            self._substeps,
-            self._halvings,
-            self._seen,
-            noise**2,
-            start,
-            flow,
-            terms,
-            expected,
-            spread,
-        )
+            self._values, self.data.step, self._substeps, self._halvings, self._seen, noise**2, start, flow,
+            terms, expected, spread,
+        )  # fmt: skip
         return terms, expected, spread, float(impacts)
 
     def _start(self, flow: Flow) -> Floats:
@@ -170,13 +155,10 @@ class NonlinearRecordLikelihood(Likelihood):
         start[range(2, len(start)), range(2, len(start))] += self._past
         return start
 
-    def deviance(self, theta: Floats) -> float:
+    def misfit(self, theta: Floats) -> float:
         """-2 ln L of the samples."""
-        self.ask()
         found = -2.0 * float(self._run(theta)[0].sum())
-        found = found if math.isfinite(found) else math.inf
-        self.note(found, theta)
-        return found
+        return found if math.isfinite(found) else math.inf
 
     def solve(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
         """By Levenberg's steps with the information of the scores, twice: the second time with its own substeps.
@@ -208,9 +190,9 @@ class NonlinearRecordLikelihood(Likelihood):
             going = moves & ~((u <= low) & (slope < 0.0)) & ~((u >= high) & (slope > 0.0))
             if not going.any():
                 return u
-            _, expected, spread, _ = self._run(own.outer(u))
+            _, innovations = self.expected_and_innovations(own.outer(u))
             # far from the maximum a few samples would make steps small
-            scores /= np.maximum(np.abs((self._values - expected) / spread), 1.0).reshape(-1, 1)
+            scores /= np.maximum(np.abs(innovations), 1.0).reshape(-1, 1)
             information = scores.T @ scores
             information[np.diag_indices_from(information)] += 1e-12
             while damped < _MOST_DAMPED:
@@ -284,24 +266,10 @@ class NonlinearRecordLikelihood(Likelihood):
             )
         return tuple(said)
 
-    def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
-        """Whether the innovations are independent and Gaussian."""
+    def expected_and_innovations(self, theta: Floats) -> tuple[Floats, Floats]:
+        """By the filter."""
         _, expected, spread, _ = self._run(theta)
-        return checks_of(
-            (self._values - expected) / spread,
-            moving,
-            "the motion has another law: a wall or nonlinear part that the model lacks",
-        )
-
-    def table(self, theta: Floats) -> Table:
-        """Samples, and what was expected from those before."""
-        _, expected, spread, _ = self._run(theta)
-        paths, samples = self._values.shape
-        names = [f"path {k}" for k in range(paths)] if paths > 1 else ["path"]
-        return Table(
-            "time", "s", np.tile(self.data.time, paths), np.repeat(names, samples), self._values.ravel(),
-            expected.ravel(), ((self._values - expected) / spread).ravel(),
-        )  # fmt: skip
+        return expected, (self._values - expected) / spread
 
 
 def _boxed(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Floats:
@@ -440,7 +408,7 @@ def _from_lowest(system: System, free: tuple[Free, ...], values: Floats) -> tupl
                 at = optimize.brentq(
                     lambda each, at=wall.position, to=place: float(at.at(each)) - to, own.low, own.high
                 )
-                found[own.name] = moved((own,), np.array([at]))[0]
+                found[own.name] = own.moved_to(float(at))
     return (*found.values(),)
 
 

@@ -233,7 +233,10 @@ def _made(table: Table, settings: Mapping[str, str], stated: Stated) -> Data:
     if first == "time" and ({*_MOTION, "force"} & {*own} or not {"modulus", "compliance"} & {*own}):
         return _record(table, settings, stated)
     if first == "time":
-        return _after_step(_without_zero(table, "time"), settings)
+        own = _without_zero(table, "time")
+        if "modulus" in own:
+            return MeasuredRelaxation(own["time"].values, own["modulus"].values, **_given(own, settings, "relaxation"))
+        return MeasuredCreep(own["time"].values, own["compliance"].values, **_given(own, settings, "creep"))
     if first == "before":
         given = _given(own, settings, "impacts")
         if "after" not in own:
@@ -266,14 +269,6 @@ def _complete(moduli: dict[str, Any], tangent: Floats, table: Table) -> None:
         elif (wrong := ~(np.abs(moduli["storage"] * tangent / moduli["loss"] - 1.0) <= _AGREES)).any():
             point = int(wrong.argmax()) + 1
             raise ValueError(f"tan delta must be loss / storage, but is not at point {point}: columns= leaves it out.")
-
-
-def _after_step(own: Mapping[str, Column], settings: Mapping[str, str]) -> MeasuredRelaxation | MeasuredCreep:
-    relaxes = "modulus" in own
-    given = _given(own, settings, "relaxation" if relaxes else "creep")
-    if relaxes:
-        return MeasuredRelaxation(own["time"].values, own["modulus"].values, **given)
-    return MeasuredCreep(own["time"].values, own["compliance"].values, **given)
 
 
 def _without_zero(table: Table, name: str = "frequency") -> dict[str, Column]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -12,15 +13,14 @@ from numpy.typing import NDArray
 
 from springpot.fitting.estimate import search
 from springpot.fitting.kalman import innovations_of
-from springpot.fitting.likelihood import Coordinates, Likelihood, Table, inverse, moved
+from springpot.fitting.likelihood import USUAL, Coordinates, How, Table, inverse, replaced
 from springpot.fitting.motion_data import MeasuredRecord
-from springpot.fitting.spectra import NOISE, SpectrumLikelihood, check_name
+from springpot.fitting.spectra import NOISE, OfMotion, SpectrumLikelihood, check_name
 from springpot.fitting.spectral_density import response
 from springpot.fitting.state_space import state_space
 from springpot.machine.arguments import Free
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, Stopped
-from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.system import System
 from springpot.theory.normal_modes import modes
 
@@ -34,7 +34,27 @@ _MAY_BE_LOST = 100.0  # of the deviance: noise that explains more is found, what
 _PERIODS = 5.0
 
 
-class RecordLikelihood(Likelihood):
+class OfRecord(OfMotion):
+    """Samples of which each is expected from those before."""
+
+    smooth_start = True
+    not_gaussian: str  # what it means if the innovations are not
+
+    @abstractmethod
+    def expected_and_innovations(self, theta: Floats) -> tuple[Floats, Floats]:
+        """What was expected of each sample, and its difference in standard deviations."""
+
+    def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
+        """Whether the innovations are independent and Gaussian."""
+        return checks_of(self.expected_and_innovations(theta)[1], moving, self.not_gaussian)
+
+    def table(self, theta: Floats) -> Table:
+        """Samples, and what was expected from those before."""
+        names = [f"path {k}" for k in range(self.data.paths)]
+        return Table.of_record(self.data.time, names, self.data.values, *self.expected_and_innovations(theta))
+
+
+class RecordLikelihood(OfRecord):
     """Samples of one path or of several, with the whole of their correlation.
 
     Parameters
@@ -42,53 +62,43 @@ class RecordLikelihood(Likelihood):
     system : System
         Linear, without walls, under Gaussian noise, with free numbers.
     data : MeasuredRecord
-    seed : int
-        Of the search in the spectrum of the record, from which the search in the record starts.
-    stop : callable, optional
-        Tells whether to end with the best numbers so far.
+    how : How
+        Its seed is that of the search in the spectrum of the record, from which the search in the record starts.
     """
 
-    smooth_start = True
+    not_gaussian = "the motion is not Gaussian: a wall, a nonlinear part or impulses"
 
-    def __init__(
-        self, system: System, data: MeasuredRecord, seed: int = 1, stop: Callable[[], bool] | None = None
-    ) -> None:
-        self.system, self.data, self.stop = system, data, stop
-        self.size = data.size
+    def __init__(self, system: System, data: MeasuredRecord, how: How = USUAL) -> None:
+        super().__init__(system, data, how)
         self._duration = float(data.time[-1] - data.time[0])
-        free = with_noise((*free_numbers(system).values(),), data)
+        self.coordinates = Coordinates(with_noise(self.coordinates.free, data))
         of, at = data.channel
         response(system, of, at=at, sampled=True)  # what a record cannot be of is an error before any work
         _check_length(system, data)
-        self._filtered(np.array([float(number) for number in free]), free)
+        self._filtered(self.coordinates.given)
         without_leakage = replace(data.spectrum(), window=None, segment=None)  # as good for a start, and quicker
-        self._spectrum = SpectrumLikelihood(system, without_leakage, stop=stop)
-        self.coordinates = Coordinates(self._begin(free, seed))
+        self._spectrum = SpectrumLikelihood(system, without_leakage, how)
+        self.coordinates = self._from_spectrum()
 
-    def _begin(self, free: tuple[Free, ...], seed: int) -> tuple[Free, ...]:
-        """The same numbers, which start where the spectrum has them."""
-        own = self._spectrum.coordinates
+    def _from_spectrum(self) -> Coordinates:
+        """Those of the same numbers, which start where the spectrum has them."""
+        own, free = self._spectrum.coordinates, self.coordinates.free
         if not own.free:
-            return free
-        theta = own.outer(search(self._spectrum, seed).u)
+            return self.coordinates
+        theta = own.outer(search(self._spectrum, self.how.seed).u)
         if self.data.noise is None:
             theta[-1] = max(np.sqrt(theta[-1] / (2.0 * self.data.step)), _FIRST_NOISE * float(free[-1].high))
-        return moved(free, theta)
+        return self.coordinates.moved(theta)
 
-    def _filtered(self, theta: Floats, free: tuple[Free, ...]) -> tuple[float, Floats, Floats]:
+    def _filtered(self, theta: Floats) -> tuple[float, Floats, Floats]:
         """-2 ln L, the innovations in standard deviations, and these."""
-        named = dict(zip([number.name for number in free], map(float, theta), strict=True))
-        noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
-        of, at = self.data.channel
-        space = state_space(restarted(self.system, named), of, self.data.step, self._duration, at)
-        return innovations_of(space.sampled(self.data.step), noise, self.data.values)
+        (system, noise), (of, at) = self.model_at(theta), self.data.channel
+        sampled = state_space(system, of, self.data.step, self._duration, at)
+        return innovations_of(sampled, noise, self.data.values)
 
-    def deviance(self, theta: Floats) -> float:
-        """-2 ln L."""
-        self.ask()
-        found = self._filtered(theta, self.coordinates.free)[0]
-        self.note(found, theta)
-        return found
+    def misfit(self, theta: Floats) -> float:
+        """-2 ln L of the record."""
+        return self._filtered(theta)[0]
 
     def doubts(self, theta: Floats) -> tuple[str, ...]:
         """Whether it was stopped, and where its errors come from then."""
@@ -142,9 +152,7 @@ class RecordLikelihood(Likelihood):
         centre = begin[moves]
 
         def place(w: Floats) -> Floats:
-            u = begin.copy()
-            u[moves] = centre + root @ w
-            return u
+            return replaced(begin, moves, centre + root @ w)
 
         def misfit_at(u: Floats) -> float:
             return min(0.5 * self.deviance(own.outer(u)), 1e15)
@@ -171,9 +179,7 @@ class RecordLikelihood(Likelihood):
         bounds = [*zip((low[moves] - centre) / size, (high[moves] - centre) / size, strict=True)]
 
         def place_by_each(w: Floats) -> Floats:
-            u = begin.copy()
-            u[moves] = centre + size * w
-            return np.clip(u, low, high)
+            return np.clip(replaced(begin, moves, centre + size * w), low, high)
 
         found = minimize(
             lambda w: misfit_at(place_by_each(w)), np.clip((u[moves] - centre) / size, *np.array(bounds).T),
@@ -194,9 +200,7 @@ class RecordLikelihood(Likelihood):
             return inverse(whole[np.ix_(moves, moves)])
 
         def misfit(w: Floats) -> float:
-            moved = u.copy()
-            moved[moves] = at + root @ w
-            return 0.5 * self.deviance(own.outer(moved))
+            return 0.5 * self.deviance(own.outer(replaced(u, moves, at + root @ w)))
 
         try:
             hessian = _hessian(misfit, at.size)
@@ -206,20 +210,10 @@ class RecordLikelihood(Likelihood):
             return inverse(whole[np.ix_(moves, moves)])
         return np.asarray(root @ inverse(hessian) @ root.T)
 
-    def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
-        """Whether the innovations are independent and Gaussian."""
-        meaning = "the motion is not Gaussian: a wall, a nonlinear part or impulses"
-        return checks_of(self._filtered(theta, self.coordinates.free)[1], moving, meaning)
-
-    def table(self, theta: Floats) -> Table:
-        """Samples, and what was expected from those before."""
-        _, innovations, spread = self._filtered(theta, self.coordinates.free)
-        paths, samples = self.data.values.shape
-        names = [f"path {k}" for k in range(paths)] if paths > 1 else ["path"]
-        return Table(
-            "time", "s", np.tile(self.data.time, paths), np.repeat(names, samples), self.data.values.ravel(),
-            (self.data.values - spread * innovations).ravel(), innovations.ravel(),
-        )  # fmt: skip
+    def expected_and_innovations(self, theta: Floats) -> tuple[Floats, Floats]:
+        """By the filter."""
+        _, innovations, spread = self._filtered(theta)
+        return self.data.values - spread * innovations, innovations
 
 
 def with_noise(free: tuple[Free, ...], data: MeasuredRecord, least: float = 0.0) -> tuple[Free, ...]:

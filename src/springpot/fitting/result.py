@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from springpot.fitting.estimate import Confusion, Solution, known_together, profile_along, profile_ends
-from springpot.fitting.likelihood import Likelihood, Table
+from springpot.fitting.likelihood import Coordinates, Likelihood, Table
 from springpot.fitting.posterior import log_likelihood, log_prior, numbers_in, start_ensemble
 from springpot.machine.arguments import Free, Uncertain, finite_number
 from springpot.machine.arrays import Floats
@@ -168,9 +168,7 @@ class Fit:
     @property
     def known_together(self) -> tuple[str, ...]:
         """One sentence for each two numbers whose errors have a correlation of 0.95 or more: what is known of both."""
-        own = self._likelihood.coordinates
-        slope = own.slope(self._theta)
-        return known_together(own.names, own.logarithmic, self.covariance / np.outer(slope, slope))
+        return known_together(self.names, self._coordinates.logarithmic, self._inner_covariance)
 
     def correlation(self, first: str, second: str) -> float:
         """The correlation of the errors of two numbers.
@@ -222,7 +220,7 @@ class Fit:
         >>> [round(end, 3) for end in fit.interval("r")]
         [0.687, 0.716]
         """
-        number = self._likelihood.coordinates.free[self._place(name)]
+        number = self._coordinates.free[self._place(name)]
         wanted = finite_number(probability, "probability", low=0.0, high=1.0, open_low=True)
         low, high = self._ends(name, min(wanted, 1.0 - 1e-12))
         return (math.nan, math.nan) if math.isnan(low) else (max(low, number.low), min(high, number.high))
@@ -230,12 +228,12 @@ class Fit:
     @property
     def names(self) -> tuple[str, ...]:
         """Of the free numbers, in the order in which `log_likelihood` takes them."""
-        return self._likelihood.coordinates.names
+        return self._coordinates.names
 
     @property
     def bounds(self) -> dict[str, tuple[float, float]]:
         """The lowest and the highest value of each number."""
-        return {number.name: (number.low, number.high) for number in self._likelihood.coordinates.free}
+        return {number.name: (number.low, number.high) for number in self._coordinates.free}
 
     def log_likelihood(self, numbers: ArrayLike | Mapping[str, float]) -> float:
         """The logarithm of the likelihood at any numbers, for samplers such as emcee.
@@ -267,7 +265,7 @@ class Fit:
         >>> round(fit.log_likelihood(fit.values) - fit.log_likelihood([0.69]), 2), fit.log_likelihood([1.2])
         (2.38, -inf)
         """
-        return log_likelihood(self._likelihood, numbers_in(self._likelihood.coordinates, numbers))
+        return log_likelihood(self._likelihood, numbers_in(self._coordinates, numbers))
 
     def log_prior(self, numbers: ArrayLike | Mapping[str, float]) -> float:
         """The logarithm of a prior density that is flat between the bounds: in the logarithm, where both are positive.
@@ -295,8 +293,7 @@ class Fit:
         >>> round(fit.log_prior([0.5]), 3), fit.log_prior([1.2])
         (-0.141, -inf)
         """
-        own = self._likelihood.coordinates
-        return log_prior(own, numbers_in(own, numbers))
+        return log_prior(self._coordinates, numbers_in(self._coordinates, numbers))
 
     def start_ensemble(self, walkers: int, seed: int = 1) -> Floats:
         """Numbers from which the chains of a sampler start: drawn from the errors of the fit, between the bounds.
@@ -325,9 +322,7 @@ class Fit:
         """
         if isinstance(walkers, bool) or not isinstance(walkers, int) or not 1 <= walkers <= _MOST_WALKERS:
             raise ValueError(f"walkers must be a whole number from 1 to {_MOST_WALKERS}, not {shown(walkers)}.")
-        own = self._likelihood.coordinates
-        slope = own.slope(self._theta)
-        return start_ensemble(own, self._best.u, self.covariance / np.outer(slope, slope), walkers, seed)
+        return start_ensemble(self._coordinates, self._best.u, self._inner_covariance, walkers, seed)
 
     def uncertain(self) -> dict[str, Uncertain]:
         """The numbers as uncertain ones, for `springpot.scatter`: what is not known of one device.
@@ -362,7 +357,7 @@ class Fit:
         >>> sp.scatter(device, ["x_mean_square"], method="linear", devices=64).inputs
         ('k and order and C',)
         """
-        found, own, orders = dict[str, Uncertain](), self._likelihood.coordinates, _orders(self.given)
+        found, own, orders = dict[str, Uncertain](), self._coordinates, _orders(self.given)
         for place, (number, is_log) in enumerate(zip(own.free, own.logarithmic, strict=True)):
             name, (low, high) = number.name, self._ends(number.name, 0.95)
             if not number.low <= low < high <= number.high:
@@ -387,14 +382,10 @@ class Fit:
         """Of an interval that may leave the bounds."""
         from scipy import stats
 
-        own, place, value = self._likelihood.coordinates, self._place(name), self.values[name]
-        known, free, half = self._likelihood.known, max(self.degrees_of_freedom, 1), 0.5 * (1.0 + probability)
-        reach = (
-            float(stats.norm.ppf(half) if known else stats.t.ppf(half, free))
-            * self.errors[name]
-            / float(own.slope(np.array([*self.values.values()]))[place])
-        )
-        if own.logarithmic[place]:
+        place, value, half = self._place(name), self.values[name], 0.5 * (1.0 + probability)
+        law = stats.norm if self._likelihood.known else stats.t(max(self.degrees_of_freedom, 1))
+        reach = float(law.ppf(half)) * self.errors[name] / float(self._coordinates.slope(self._theta)[place])
+        if self._coordinates.logarithmic[place]:
             return value * math.exp(-min(reach, 600.0)), value * math.exp(min(reach, 600.0))
         return value - reach, value + reach
 
@@ -461,7 +452,7 @@ class Fit:
         place = self._place(name)
         if isinstance(points, bool) or not isinstance(points, int) or points < 5:
             raise ValueError(f"points must be a whole number, at least 5, not {shown(points)}.")
-        likelihood, best, own = self._likelihood, self._best, self._likelihood.coordinates
+        likelihood, best, own = self._likelihood, self._best, self._coordinates
         variance, level = float(self._covariance_of_all[place, place]), self._level
         reach = 4.0 * math.sqrt(variance) if 0.0 < variance < math.inf else math.inf
         for _ in range(_WIDENED):
@@ -594,15 +585,12 @@ class Fit:
         intervals = self.intervals
         wide = max(len(name) for name in (*self.values, *self.extras)) + 2
         for name, value in self.values.items():
-            low, high = intervals[name]
-            number = f"{value:.6g} +- {self.errors[name]:.2g}"
-            if name in self.at_bounds:
-                number = f"{value:.6g} (held at its bound)"
-                if name not in self._profiled:
-                    lines.append(f"{name:{wide}}{number}")
-                    continue
-            how = " (profile)" if name in self._profiled else ""
-            lines.append(f"{name:{wide}}{number:22} 95 % interval {low:.6g} to {high:.6g}{how}")
+            (low, high), held = intervals[name], name in self.at_bounds
+            number = f"{value:.6g} (held at its bound)" if held else f"{value:.6g} +- {self.errors[name]:.2g}"
+            if name in self._profiled or not held:
+                how = " (profile)" if name in self._profiled else ""
+                number = f"{number:22} 95 % interval {low:.6g} to {high:.6g}{how}"
+            lines.append(f"{name:{wide}}{number}")
         lines += [f"{name:{wide}}{value:.3g} (estimated)" for name, value in self.extras.items()]
         lines += self.known_together
         lines.append(f"BIC {self.bic:.2f}")
@@ -623,9 +611,9 @@ class Fit:
         names = "values", "errors", "at_bounds", "known_together", "extras", "deviance", "bic", "aicc", "warnings"
         more = {
             "intervals": self.intervals,
-            "not_told_apart": [vars(own) for own in self.not_told_apart],
-            "correlations": self.correlations.tolist(),
-            "choices": [vars(choice) for choice in self.choices],
+            "not_told_apart": self.not_told_apart,
+            "correlations": self.correlations,
+            "choices": self.choices,
             "check": self.check().probabilities,
         }
         return plain({name: getattr(self, name) for name in names} | more)
@@ -664,6 +652,16 @@ class Fit:
             {"deviance": self.deviance, "bic": self.bic, "aicc": self.aicc, "warnings": [*self.warnings]},
         )
 
+    @property
+    def _coordinates(self) -> Coordinates:
+        return self._likelihood.coordinates
+
+    @property
+    def _inner_covariance(self) -> Floats:
+        """Of the coordinates."""
+        slope = self._coordinates.slope(self._theta)
+        return np.asarray(self.covariance / np.outer(slope, slope))
+
     @cached_property
     def _covariance_of_all(self) -> Floats:
         """Of the coordinates, all of them free: beside a number held at a bound it is larger than `errors` say."""
@@ -679,14 +677,12 @@ class Fit:
 
     def _outer(self, place: int, u: float) -> float:
         """A number from its coordinate."""
-        return float(
-            self._likelihood.coordinates.outer(np.where(np.arange(self._best.u.size) == place, u, self._best.u))[place]
-        )
+        return float(self._coordinates.outer(np.where(np.arange(self._best.u.size) == place, u, self._best.u))[place])
 
     @property
     def _theta(self) -> Floats:
         """The numbers as the likelihood has them."""
-        return self._likelihood.coordinates.outer(self._best.u)
+        return self._coordinates.outer(self._best.u)
 
     def _place(self, name: str) -> int:
         return [*self.values].index(known_word(name, self.values, "name"))

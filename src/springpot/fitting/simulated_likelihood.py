@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from springpot.designing.surfaces import Surface
 from springpot.fitting.likelihood import Coordinates, LeastSquares, Table, inverse
-from springpot.fitting.simulated_moments import Case, step_biases_at
+from springpot.fitting.simulated_moments import Case
 from springpot.fitting.simulated_runs import MOST_SHARE
 from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed
+from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
+from springpot.simulation.estimate.step_biases import impact_biases
+from springpot.simulation.plan.motions import motion_of
 
 _MOST_BLUR = 0.8  # of the information that is seen in a direction: where the errors are no longer corrected for it
 
@@ -36,6 +39,11 @@ class StackedStatistics:
     names: tuple[str, ...]
     values: Floats
     covariance: Floats
+
+    @property
+    def size(self) -> int:
+        """Number of statistics."""
+        return int(self.values.size)
 
     @classmethod
     def of(cls, data: Sequence[MeasuredStatistics]) -> StackedStatistics:
@@ -93,8 +101,8 @@ class MomentsLikelihood(LeastSquares):
         said: tuple[str, ...] = (),
         last: bool = False,
     ) -> None:
-        self.coordinates, self.measured, self.surface, self._far = coordinates, measured, surface, far
-        self.size = n = measured.values.size
+        self.coordinates, self.data, self.surface, self._far = coordinates, measured, surface, far
+        self.stop, n = None, measured.size
         self._cases, self._warnings = cases, said
         at = surface.centre if at is None else at
         self._runs = surface.covariance(at)[:n, :n]
@@ -116,13 +124,13 @@ class MomentsLikelihood(LeastSquares):
 
     def chi_square(self, u: Floats) -> float:
         """The sum of squares, with what the surface leaves of the runs among the errors."""
-        left = self.measured.values - self.surface(u)[: self.size]
-        whole = self.measured.covariance + self._runs + np.diag(self._misfit(u) ** 2)
+        left = self.data.values - self.surface(u)[: self.size]
+        whole = self.data.covariance + self._runs + np.diag(self._misfit(u) ** 2)
         return float(left @ np.linalg.solve(whole, left))
 
     def wrong(self, u: Floats) -> float:
         """How far runs are off the surface, in errors: of the statistic that has it worst."""
-        return float((self._misfit(u) / np.sqrt(np.diag(self.measured.covariance + self._runs))).max())
+        return float((self._misfit(u) / np.sqrt(np.diag(self.data.covariance + self._runs))).max())
 
     def added(self, u: Floats) -> Floats:
         """By how much the simulation enlarges the error of each number, relative to the error from the data alone."""
@@ -168,7 +176,7 @@ class MomentsLikelihood(LeastSquares):
 
     def residuals(self, theta: Floats) -> Floats:
         """Differences, made independent with unit variance."""
-        return np.asarray(self._root @ (self.measured.values - self._expected(theta)))
+        return np.asarray(self._root @ (self.data.values - self._expected(theta)))
 
     def sensitivity(self, theta: Floats) -> Floats:
         """Change of the expected statistics, as the residuals are."""
@@ -192,10 +200,10 @@ class MomentsLikelihood(LeastSquares):
         if (most := float(added.max())) > MOST_SHARE:
             name = self.coordinates.names[int(added.argmax())]
             said.append(f"The simulation adds {100.0 * most:.0f} % to the error of {name}: give more paths.")
-        measured = np.diag(self.measured.covariance)
+        measured = np.diag(self.data.covariance)
         large = np.diag(self._simulated) > measured
         if large.any():
-            names = listed([name for name, own in zip(self.measured.names, large, strict=True) if own])
+            names = listed([name for name, own in zip(self.data.names, large, strict=True) if own])
             said.append(f"The simulation's error of {names} is larger than the measured one: give more paths.")
         expected, at, named = self._expected(theta), 0, self.coordinates.named(theta)
         for case in self._cases:
@@ -203,7 +211,8 @@ class MomentsLikelihood(LeastSquares):
             spread = dict(zip(case.data.names, self._spread[at : at + case.data.size].tolist(), strict=True))
             at += case.data.size
             values = _impacts(case.system, own) | own
-            for name, bias in step_biases_at(case, named, values).items():
+            motion = motion_of(with_values(case.system, named))
+            for name, bias in impact_biases(motion, case.settings.step, values).items():
                 if name in own and bias > 0.3 * spread[name]:
                     said.append(
                         f"The step's bias of {name} may be {bias:.2g}, beside an error of {spread[name]:.2g}: "
@@ -213,9 +222,9 @@ class MomentsLikelihood(LeastSquares):
 
     def table(self, theta: Floats) -> Table:
         """Statistic by statistic."""
-        expected, data = self._expected(theta), self.measured.values
+        expected, data = self._expected(theta), self.data.values
         return Table(
-            "statistic", "1", np.arange(1.0, self.size + 1.0), np.array(self.measured.names), data, expected,
+            "statistic", "1", np.arange(1.0, self.size + 1.0), np.array(self.data.names), data, expected,
             (data - expected) / self._spread, self._spread,
         )  # fmt: skip
 

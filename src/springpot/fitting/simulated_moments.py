@@ -16,7 +16,6 @@ from springpot.problem.free_numbers import with_values
 from springpot.problem.outputs import output_squares
 from springpot.problem.system import System
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.kernel.watching import BATCHES
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import controlled
@@ -178,11 +177,6 @@ def groups_of(paths: int, *, quantiles: bool) -> int:
     (32, 128)
     """
     return min(paths // 64, BATCHES) if quantiles else min(paths, _GROUPS)
-
-
-def step_biases_at(case: Case, named: Mapping[str, float], values: Mapping[str, float]) -> dict[str, float]:
-    """Bounds on the biases that the step leaves, by name."""
-    return impact_biases(motion_of(with_values(case.system, named)), case.settings.step, dict(values))
 
 
 def _statistic(name: str, run: SampledRun, groups: int, outputs: Sequence[str] = ()) -> tuple[float, Floats]:

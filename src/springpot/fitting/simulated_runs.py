@@ -138,7 +138,7 @@ class SimulatedRuns:
 
     def at(self, u: Floats, known: Surface | None, paths: int, *, rough: bool = True) -> list[Moments]:
         """One run of each model; ``known`` tells where each starts."""
-        named = self.own.named(self.own.outer(u))
+        named = self.own.named_at(u)
         means = [None] * len(self.cases)
         if known is not None:
             near = np.clip(u, known.centre - known.reach, known.centre + known.reach)
@@ -165,12 +165,12 @@ class SimulatedRuns:
             name for case, own in zip(self.cases, found, strict=True)
             for name, value in zip(case.data.names, own.values.tolist(), strict=True) if not math.isfinite(value)
         ]  # fmt: skip
-        where = ", ".join(f"{name} = {value:.6g}" for name, value in self.own.named(self.own.outer(centre)).items())
+        where = ", ".join(f"{name} = {value:.6g}" for name, value in self.own.named_at(centre).items())
         return f"model must have a finite {listed(missing or ['result'])} near {where}: there it has none."
 
     def restart(self, u: Floats) -> None:
         """Steps, durations and starts for these numbers."""
-        named = self.own.named(self.own.outer(u))
+        named = self.own.named_at(u)
         self.cases = [
             case_of((own.system, own.data), named, own.settings.seed, own.settings.threads, self.reporter.check)
             for own in self.cases
@@ -178,7 +178,7 @@ class SimulatedRuns:
 
     def steps(self, u: Floats) -> float:
         """Of one path of every model there; infinite where a model cannot be run."""
-        named = self.own.named(self.own.outer(u))
+        named = self.own.named_at(u)
         found = if_allowed(lambda: float(sum(case.steps_at(named) for case in self.cases)))
         return math.inf if found is None else found
 

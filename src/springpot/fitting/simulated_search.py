@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from springpot.designing.surfaces import Surface
-from springpot.fitting.likelihood import Coordinates, How, moved
+from springpot.fitting.likelihood import Coordinates, How
 from springpot.fitting.simulated_likelihood import MomentsLikelihood, StackedStatistics
 from springpot.fitting.simulated_moments import Measured, case_of
 from springpot.fitting.simulated_runs import MOST_PATHS, MOST_SHARE, Reporter, SimulatedRuns
 from springpot.fitting.simulated_starts import other_starts
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, Stopped, listed
-from springpot.problem.free_numbers import free_numbers, with_values
+from springpot.problem.free_numbers import with_values
 from springpot.simulation.plan.options import own_seed
 
 _ROUNDS = 15  # that follow the slope
@@ -53,9 +53,8 @@ def search_by_simulation(cases: Sequence[Measured], how: How) -> MomentsLikeliho
     Stopped
         If it was stopped before there was a surface.
     """
-    free = tuple(free_numbers(tuple(system for system, _ in cases)).values())
-    coordinates, reporter = Coordinates(free), Reporter(how.progress, how.stop)
-    start = coordinates.named(np.array([float(number) for number in free]))
+    coordinates, reporter = Coordinates.of(tuple(system for system, _ in cases)), Reporter(how.progress, how.stop)
+    start = coordinates.named(coordinates.given)
     seeds = [
         own_seed(how.seed, {"case": n, **with_values(system, start).to_dict()}) for n, (system, _) in enumerate(cases)
     ]
@@ -75,7 +74,7 @@ def search_by_simulation(cases: Sequence[Measured], how: How) -> MomentsLikeliho
     if not search.warnings:
         reporter.end()
     return MomentsLikelihood(
-        Coordinates(moved(free, coordinates.outer(best.u))), search.measured, best.likelihood.surface, best.far, best.u,
+        coordinates.moved(coordinates.outer(best.u)), search.measured, best.likelihood.surface, best.far, best.u,
         search.runs.cases, search.warnings, last=True,
     )  # fmt: skip
 

@@ -42,11 +42,11 @@ def other_starts(runs: SimulatedRuns, best: Floats) -> list[Floats]:
     drawn = qmc.LatinHypercube(own.start.size, rng=np.random.default_rng(runs.seed)).random(_DRAWN)
     places = [own.low + place * (own.high - own.low) for place in drawn]
     places = [u for u in places if runs.steps(u) <= most]
-    methods = [_method(case, own.named(own.outer(best))) for case in runs.cases]
+    methods = [_method(case, own.named_at(best)) for case in runs.cases]
     by_theory = []
     for u in places:
         runs.reporter.check()
-        by_theory.append(_misfit_by_theory(runs.cases, methods, own.named(own.outer(u))))
+        by_theory.append(_misfit_by_theory(runs.cases, methods, own.named_at(u)))
     likely = [places[n] for n in np.argsort(by_theory, kind="stable")[:_TRIED]]
     fits = [runs.misfit(u) for u in likely]
     return [likely[n] for n in np.argsort(fits) if math.isfinite(fits[n])]

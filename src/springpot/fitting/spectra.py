@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from springpot.fitting.estimate import search
-from springpot.fitting.likelihood import Coordinates, GammaSquares, moved, slopes
+from springpot.fitting.likelihood import USUAL, Coordinates, GammaSquares, How, Likelihood, slopes
 from springpot.fitting.motion_data import MeasuredSpectrum
 from springpot.fitting.spectral_density import Density, correlations_of_bins, folded, response, windowed
 from springpot.machine.arguments import Free
 from springpot.machine.arrays import Floats
-from springpot.problem.free_numbers import free_numbers, restarted
+from springpot.problem.free_numbers import restarted
 from springpot.problem.system import System
 
 NOISE = "noise"
@@ -34,7 +33,17 @@ def check_name(free: tuple[Free, ...]) -> None:
         raise ValueError(f"{NOISE} must not be the name of a free number of the model: the measurement noise has it.")
 
 
-class SpectrumLikelihood(GammaSquares):
+class OfMotion(Likelihood):
+    """Data of a motion, whose measurement has a noise that is stated, or found with the numbers of the model."""
+
+    def model_at(self, theta: Floats) -> tuple[System, float]:
+        """The model with these numbers, and the noise."""
+        named = self.coordinates.named(theta)
+        noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
+        return restarted(self.system, named), noise
+
+
+class SpectrumLikelihood(OfMotion, GammaSquares):
     """Averages of periodograms: gamma distributed about the expected one.
 
     Parameters
@@ -42,43 +51,36 @@ class SpectrumLikelihood(GammaSquares):
     system : System
         Linear, without walls, with free numbers.
     data : MeasuredSpectrum
-    seed : int
-        Of the search without leakage, from which that with leakage starts.
-    stop : callable, optional
-        Tells whether to end with the best numbers so far.
+    how : How
+        Its seed is that of the search without leakage, from which that with leakage starts.
 
     Notes
     -----
     P. Whittle, "Estimation and information in stationary time series", Arkiv för Matematik 2 (1953).
     """
 
-    def __init__(
-        self, system: System, data: MeasuredSpectrum, seed: int = 1, stop: Callable[[], bool] | None = None
-    ) -> None:
-        self.system, self.data, self.stop = system, data, stop
-        free = (*free_numbers(system).values(),)
+    def __init__(self, system: System, data: MeasuredSpectrum, how: How = USUAL) -> None:
+        super().__init__(system, data, how)
+        free = self.coordinates.free
         if data.noise is None:
             check_name(free)
             low, high = float(data.density.min()), float(data.density.max())
             free = (*free, Free(0.5 * low, NOISE, 1e-4 * low, high))
         self.coordinates = Coordinates(free)
-        self.size = data.size
         self.values, self.certainty = data.density, data.averages**0.5
         self.at, self.group = data.frequency_hz, np.full(data.size, "density")
         self._grid = 0
         if data.window is not None and free:
-            rough = SpectrumLikelihood(system, replace(data, window=None, segment=None), stop=stop)
-            theta = rough.coordinates.outer(search(rough, seed).u)
-            self.coordinates = Coordinates(moved(free, theta))
+            rough = SpectrumLikelihood(system, replace(data, window=None, segment=None), how)
+            theta = rough.coordinates.outer(search(rough, how.seed).u)
+            self.coordinates = self.coordinates.moved(theta)
             self.smooth_start = True
-        self.expected(np.array([float(number) for number in self.coordinates.free]))
+        self.expected(self.coordinates.given)
 
     def expected(self, theta: Floats) -> Floats:
         """The density, as it was measured."""
-        named = self.coordinates.named(theta)
-        noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
-        data = self.data
-        density = response(restarted(self.system, named), data.of, at=data.at, sampled=data.sampling_rate is not None)
+        (system, noise), data = self.model_at(theta), self.data
+        density = response(system, data.of, at=data.at, sampled=data.sampling_rate is not None)
         if data.sampling_rate is None:
             return density(data.frequency_hz) + noise
         density = folded(density, data.sampling_rate)

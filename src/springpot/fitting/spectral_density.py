@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -26,6 +25,7 @@ from springpot.theory.methods.systems.outputs import output_spectrum
 Density = Callable[[Floats], Floats]
 _FOLDS = 4
 _DECADES = 20.0  # of the integral beyond the folds, in powers of e
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 
 def response(system: System, of: str, *, at: str | None = None, sampled: bool = False) -> Density:
@@ -70,12 +70,7 @@ def response(system: System, of: str, *, at: str | None = None, sampled: bool = 
         output = output_spectrum(system, own, of)
         return lambda frequency: 4.0 * np.pi * output(2.0 * np.pi * np.asarray(frequency, float))
     seen_by, coordinates = row_of(system, at), system.coordinates
-    noises: list[tuple[Any, Floats]] = [
-        (part, coordinates.forces[name])
-        for name, part in system.excitations.items()
-        if name not in system.constants and part is not system.thermal
-    ]
-    if of == "a" and len({part.of_ground for part, _ in noises}) > 1:
+    if of == "a" and len({part.of_ground for part in system.noises.values()}) > 1:
         raise NotCoveredError("an acceleration with forces on the mass and of the ground together is not covered.")
     rough = [
         name for name, part in system.excitations.items()
@@ -93,12 +88,12 @@ def response(system: System, of: str, *, at: str | None = None, sampled: bool = 
         p, power = np.asarray(1j * w, complex), w ** {"x": 0, "v": 2, "a": 4}[of]
         seen = own.displaced(w, seen_by)
         found: Any = np.zeros(p.shape)
-        for part, push in noises:
+        for name, part in system.noises.items():
             spread = _density(part, w)
             if of == "a" and part.of_ground:  # of the mass itself
                 found = found + spread * np.abs(np.sum(seen * held_by(system, p), axis=1)) ** 2
             else:
-                found = found + spread * np.abs(seen @ push) ** 2 * power
+                found = found + spread * np.abs(seen @ coordinates.forces[name]) ** 2 * power
         for name, row in coordinates.elongations.items() if temperature > 0.0 else ():
             loss = np.imag(dict(system.named())[name].modulus(p)) / w
             found = found + temperature / np.pi * loss * np.abs(seen @ row) ** 2 * power
@@ -187,8 +182,7 @@ def folded(density: Density, rate: float) -> Density:
     >>> found(np.array([0.25])).round(5).tolist()  # pi sinh(2 pi) / cosh(2 pi)
     [3.14157]
     """
-    nodes, weights = _gauss()
-    far = 0.5 * _DECADES * (nodes + 1.0)  # logarithms of frequencies beyond the last fold
+    far = 0.5 * _DECADES * (_NODES + 1.0)  # logarithms of frequencies beyond the last fold
     begin = (_FOLDS + 0.5) * rate
 
     def sampled(frequency: Floats) -> Floats:
@@ -200,7 +194,7 @@ def folded(density: Density, rate: float) -> Density:
         if not power > 1.001:
             raise NotCoveredError("the response has no finite variance, so it has no samples.")
         beyond = begin * np.exp(far)
-        rest = float(0.5 * _DECADES * weights @ (density(beyond) * beyond))
+        rest = float(0.5 * _DECADES * _WEIGHTS @ (density(beyond) * beyond))
         slope = -power * last / begin  # the first derivative there, and the third
         third = slope * (power + 1.0) * (power + 2.0) / begin**2
         both = 2.0 * rest - f**2 * slope - f**4 / 12.0 * third
@@ -208,12 +202,6 @@ def folded(density: Density, rate: float) -> Density:
         return np.asarray(found + both / rate + ends)
 
     return sampled
-
-
-@lru_cache
-def _gauss() -> tuple[Floats, Floats]:
-    nodes, weights = np.polynomial.legendre.leggauss(48)
-    return nodes, weights
 
 
 def windowed(sampled: Density, rate: float, window: str, segment: int, grid: int) -> Floats:

@@ -21,7 +21,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
-from springpot.theory.methods.systems.states import States, states_of
+from springpot.theory.methods.systems.states import states_of
 
 _SLOWEST = 0.05  # of one over the duration
 _FASTEST = 40.0  # of the highest frequency of the samples, pi / step
@@ -55,36 +55,8 @@ class Sampled:
         return found
 
 
-@dataclass(frozen=True, eq=False)
-class StateSpace:
-    """dX = rates X dt + noise.
-
-    Attributes
-    ----------
-    rates : ndarray, shape (states, states)
-    noise : ndarray, shape (states, states)
-        Intensity of the white noise in each.
-    row : ndarray, shape (states,)
-        The measured value.
-    mean : float
-    """
-
-    rates: Floats
-    noise: Floats
-    row: Floats
-    mean: float
-
-    def sampled(self, step: float) -> Sampled:
-        """The same at samples."""
-        from scipy import linalg
-
-        stationary = np.array(linalg.solve_continuous_lyapunov(self.rates, -self.noise)).astype(np.float64)
-        transition = np.asarray(linalg.expm(self.rates * step))
-        return Sampled(transition, 0.5 * (stationary + stationary.T), self.row, self.mean)
-
-
-def state_space(system: System, of: Of, step: float, duration: float, at: str | None = None) -> StateSpace:
-    """The state of a linear system whose samples have this step and duration.
+def state_space(system: System, of: Of, step: float, duration: float, at: str | None = None) -> Sampled:
+    """The state of a linear system at samples that have this step and duration.
 
     Parameters
     ----------
@@ -98,7 +70,7 @@ def state_space(system: System, of: Of, step: float, duration: float, at: str | 
 
     Returns
     -------
-    StateSpace
+    Sampled
 
     Raises
     ------
@@ -109,7 +81,7 @@ def state_space(system: System, of: Of, step: float, duration: float, at: str | 
     --------
     >>> from springpot.problem.parts import Spring, Springpot, WhiteNoise
     >>> own = state_space(System(Spring(4.0), Springpot(0.5, 1.0), WhiteNoise(1.0)), "x", 0.1, 100.0)
-    >>> own.rates.shape
+    >>> own.transition.shape
     (32, 32)
     """
     for name, part in system.named():
@@ -118,32 +90,27 @@ def state_space(system: System, of: Of, step: float, duration: float, at: str | 
         if isinstance(part, SpectralExcitation | CloughPenzienNoise):
             raise NotCoveredError(f"{name} has a density without a short state: a fit of a record does not cover it.")
     own = companion_of(system)
-    noises = [
-        part for name, part in system.excitations.items() if name not in system.constants and part is not system.thermal
-    ]
     if not own.noises and not own.temperature:
         raise NotCoveredError("a system without noise does not move: add a WhiteNoise or another noise.")
-    if of == "a" and (not all(part.of_ground for part in noises) or own.temperature > 0.0):
+    if of == "a" and (not all(part.of_ground for part in system.noises.values()) or own.temperature > 0.0):
         raise NotCoveredError(
             "an acceleration is covered for noise of the ground only: with a force on the mass it has no "
             "finite variance, or is not that of the state."
         )
     if of == "a" and any(part.inertia for part in system.elements.values()):
         raise NotCoveredError("an acceleration is covered where the mass is all of the inertia.")
+    from scipy import linalg
+
     states = states_of(own, _SLOWEST / duration, _FASTEST * math.pi / step, "a fit of a record")
-    return _seen(states, of, row_of(system, at))
-
-
-def _seen(states: States, of: Of, seen_by: Floats) -> StateSpace:
-    own, rates = states.companion, states.rates
-    noise, inner = np.zeros_like(rates), slice(0, states.own)
+    rates, seen_by, mean = states.rates, row_of(system, at), 0.0
+    noise, inner = np.zeros_like(rates), slice(0, states.own)  # its intensity in dX = rates X dt + noise
     noise[inner, inner] = -own.temperature * (rates + rates.T)[inner, inner]  # what dampers take, with both ends
     for _, vector, _ in states.inputs:
         noise += np.outer(vector, vector)
+    row = states.x(seen_by) if of == "x" else states.v(seen_by)
     if of == "x":
-        stiffness = states.root @ states.root.T
-        return StateSpace(rates, noise, states.x(seen_by), float(seen_by @ np.linalg.solve(stiffness, own.force)))
-    value = states.v(seen_by)
+        mean = float(seen_by @ np.linalg.solve(states.root @ states.root.T, own.force))
     if of == "a":  # all forces of the parts
-        value = value @ rates * (np.arange(len(rates)) < states.own)
-    return StateSpace(rates, noise, value, 0.0)
+        row = row @ rates * (np.arange(len(rates)) < states.own)
+    stationary = np.array(linalg.solve_continuous_lyapunov(rates, -noise)).astype(np.float64)
+    return Sampled(np.asarray(linalg.expm(rates * step)), 0.5 * (stationary + stationary.T), row, mean)

@@ -9,11 +9,10 @@ import numpy as np
 
 from springpot.fitting.estimate import search
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
-from springpot.fitting.likelihood import Coordinates, LeastSquares, Table
+from springpot.fitting.likelihood import USUAL, How, LeastSquares, Table
 from springpot.fitting.moduli import slopes_by_name
 from springpot.fitting.spectral_density import held_by, moduli, row_of
 from springpot.machine.arrays import Complexes, Floats
-from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.parts.registration import Slopes
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
@@ -116,18 +115,17 @@ class ResponseLikelihood(LeastSquares):
     analytic (but for values beyond |z| = 1): the estimates are not biased by it.
     """
 
-    def __init__(self, system: System, data: MeasuredFrequencyResponse) -> None:
-        self.system, self.data = system, data
-        self.coordinates = Coordinates(tuple(free_numbers(system).values()))
-        self.size = data.size
+    def __init__(self, system: System, data: MeasuredFrequencyResponse, how: How = USUAL) -> None:
+        super().__init__(system, data, how)
         self.known = data.errors is not None
         self._unit = np.ones(data.size) if data.errors is None else np.tile(data.errors, 2)
 
-    def _at(self, system: System) -> tuple[Complexes, Slopes]:
-        return response_of(system, self.data.frequency_hz, self.data.of, self.data.on, self.data.at)
+    def _at(self, theta: Floats) -> tuple[Complexes, Slopes]:
+        data = self.data
+        return response_of(self.restarted(theta), data.frequency_hz, data.of, data.on, data.at)
 
     def _expected(self, theta: Floats) -> Complexes:
-        return self._at(restarted(self.system, self.coordinates.named(theta)))[0]
+        return self._at(theta)[0]
 
     def residuals(self, theta: Floats) -> Floats:
         """Logarithms of the ratios of the magnitudes, then differences of the phases."""
@@ -136,7 +134,7 @@ class ResponseLikelihood(LeastSquares):
 
     def sensitivity(self, theta: Floats) -> Floats:
         """Change of the logarithm of the response, in its standard deviations."""
-        _, slopes = self._at(restarted(self.system, self.coordinates.named(theta)))
+        _, slopes = self._at(theta)
         matrix = slopes_by_name(slopes, self.coordinates.names, self.data.response.size)
         return np.asarray(np.concatenate([matrix.real, matrix.imag]) / self._unit[:, None])
 
@@ -172,5 +170,5 @@ class ResponseLikelihood(LeastSquares):
             "frequency_hz", "Hz", np.tile(self.data.frequency_hz, 2), np.repeat(["magnitude", "phase"], count),
             np.concatenate([np.abs(data), np.angle(data)]),
             np.concatenate([np.abs(found), np.angle(data) - np.angle(data / found)]),
-            self.residuals(theta) / self.scatter(theta, len(self.coordinates.free)) ** 0.5,
+            self.standardized(theta),
         )  # fmt: skip

@@ -11,6 +11,7 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -80,19 +81,21 @@ def toml_of(text: str, title: str) -> dict[str, Any]:
 
 
 def plain(values: Mapping[str, Any]) -> dict[str, Any]:
-    """The same with None for NaN and infinity, and lists for tuples and arrays, also inside dicts and lists.
+    """The same with None for NaN and infinity, lists for tuples and arrays, dicts for dataclasses, also inside of them.
 
     Examples
     --------
     >>> plain({"value": 1.0, "error": float("nan"), "range": (0.0, float("inf"))})
     {'value': 1.0, 'error': None, 'range': [0.0, None]}
     """
-    return {name: _plain(value) for name, value in values.items()}
+    return {str(name): _plain(value) for name, value in values.items()}
 
 
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return plain(value)
+    if is_dataclass(value):
+        return plain({own.name: getattr(value, own.name) for own in fields(value)})
     if hasattr(value, "tolist"):  # of NumPy
         return _plain(value.tolist())
     if isinstance(value, list | tuple):

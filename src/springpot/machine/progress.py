@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
+from typing import TypeVar
 
 from springpot.machine.faults import Stopped
+
+Item = TypeVar("Item")
 
 COMPILATION = "A compilation, up to half a minute, counts too."
 
@@ -59,6 +62,22 @@ class FractionDone(float):
         self = super().__new__(cls, fraction)
         self.estimate = estimate
         return self
+
+
+def counted(items: Collection[Item], progress: Callable[[float], None] | None) -> Iterator[Item]:
+    """Items one after the other; each that is done is told as the fraction of all that are.
+
+    Examples
+    --------
+    >>> [item for item in counted("ab", print)]
+    0.5
+    1.0
+    ['a', 'b']
+    """
+    for number, item in enumerate(items, start=1):
+        yield item
+        if progress is not None:
+            progress(number / len(items))
 
 
 def until_stopped(progress: Callable[[float], None], stop: Callable[[], bool]) -> Callable[[float], None]:

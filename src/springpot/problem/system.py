@@ -319,6 +319,10 @@ class System:
         """Each part with its name, as it was given."""
         return zip(self.names, self.parts, strict=True)
 
+    def but(self, **parts: Any) -> System:
+        """The same with other parts of these names, or with more."""
+        return System(**dict(self.stated()) | parts)
+
     def name_of(self, part: object) -> str:
         """The name of one of its parts."""
         return next(name for name, own in (*self.named(), *self.stated()) if own is part)
@@ -336,6 +340,12 @@ class System:
     multiplied = _by_name(ParametricNoise, "Its noises that multiply elongations, by name.")
     masses = _by_name(Mass, "The masses by name, that of each as a part.")
     combined = _by_name(Point, "The points that move as masses do together, by name, that of each as a part.")
+
+    @cached_property
+    def noises(self) -> dict[str, Excitation]:
+        """Its excitations by name, without constant forces and the noise of all that dissipates."""
+        kept = self.excitations.items()
+        return {name: part for name, part in kept if name not in self.constants and part is not self.thermal}
 
     @cached_property
     def thermal(self) -> ThermalNoise | None:

@@ -11,6 +11,7 @@ import numpy as np
 from springpot.machine.arguments import Uncertain, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, meant, shown
+from springpot.machine.progress import counted
 from springpot.memory.common_rates import common_rates
 from springpot.memory.exponential_sum import ExponentialSum, shared_span
 from springpot.problem.free_numbers import uncertain_numbers, with_values
@@ -163,8 +164,7 @@ def systems_of(system: System, names: Sequence[str], values: Floats) -> list[Sys
     ValueError
         If a part refuses a value, with the values of that device.
     """
-    parts = dict(system.stated())
-    differ = {name: part for name, part in parts.items() if uncertain_numbers(part)}
+    differ = {name: part for name, part in system.stated() if uncertain_numbers(part)}
     found = []
     for row in values.tolist():
         own = dict(zip(names, row, strict=True))
@@ -173,7 +173,7 @@ def systems_of(system: System, names: Sequence[str], values: Floats) -> list[Sys
                 name: with_values(part, {of: own[of] for of in uncertain_numbers(part)})
                 for name, part in differ.items()
             }
-            found.append(System(**parts | others))
+            found.append(system.but(**others))
         except ValueError as fault:
             told = listed([f"{name} = {value:g}" for name, value in own.items()])
             raise ValueError(f"{fault} So it would be in a device with {told}: give bounds to a law.") from None
@@ -229,13 +229,10 @@ def plans_like(whole: Plan, motions: Sequence[Motion]) -> list[Plan]:
     return plans
 
 
-def simulations_of(plans: Sequence[Plan], whole: Plan, tell: Callable[[float], None]) -> list[Simulation]:
+def simulations_of(plans: Sequence[Plan], whole: Plan, progress: Progress | None) -> list[Simulation]:
     """Prepared for the kernel, in the same units, and with common rates where orders differ."""
-    memory, units, found = _memory_of_all(plans, whole.settings), units_of(whole), list[Simulation]()
-    for number, plan in enumerate(plans):
-        found.append(Simulation(plan, compose(plan, kernel_units=units, memory=memory)))
-        tell((number + 1) / len(plans))
-    return found
+    memory, units = _memory_of_all(plans, whole.settings), units_of(whole)
+    return [Simulation(plan, compose(plan, kernel_units=units, memory=memory)) for plan in counted(plans, progress)]
 
 
 def _memory_of_all(plans: Sequence[Plan], settings: Settings) -> Callable[[float], ExponentialSum]:

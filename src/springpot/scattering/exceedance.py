@@ -16,14 +16,15 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
 
-from springpot.machine.arguments import Uncertain, check_called, finite_number
+from springpot.machine.arguments import Uncertain, check_called
 from springpot.machine.arrays import Floats
 from springpot.machine.bar import Bar
-from springpot.machine.faults import known_word, shown
+from springpot.machine.faults import shown
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.problem.free_numbers import nominal, uncertain_numbers
 from springpot.problem.messages import SpringpotWarning
@@ -32,7 +33,13 @@ from springpot.scattering.devices import check_alike, correlated, systems_of, va
 from springpot.scattering.estimates import Interval, jackknifed, one_sided
 from springpot.scattering.exceeded import DeviceExceedance, DevicesThatExceed
 from springpot.scattering.own_probability import own_probability
-from springpot.scattering.scattered import check_numbers, check_stops, doubts_of_laws, shares_of_progress
+from springpot.scattering.scattered import (
+    check_numbers,
+    check_stops,
+    checked_limits,
+    doubts_of_laws,
+    shares_of_progress,
+)
 from springpot.scattering.stages import DEVICES, EventOfDevices, Lot, Stage, normal_scores
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.paths.simulation import Progress, simulation_of
@@ -123,11 +130,8 @@ def exceedance_over_devices(
         "initial_velocity": initial_velocity, "step": step, "memory_tolerance": memory_tolerance, "seed": seed,
         "threads": threads, "max_time": max_time,
     }  # fmt: skip
-    if progress is None:
-        with Bar("splitting paths of devices") as bar:
-            found = exceeded_by_devices(system, levels, limits=limits, correlation=correlation, progress=bar, **given)
-    else:
-        found = exceeded_by_devices(system, levels, limits=limits, correlation=correlation, progress=progress, **given)
+    with Bar("splitting paths of devices") if progress is None else nullcontext(progress) as told:
+        found = exceeded_by_devices(system, levels, limits=limits, correlation=correlation, progress=told, **given)
     for sentence in found.warnings:
         warnings.warn(sentence, SpringpotWarning, stacklevel=2)
     return found
@@ -150,7 +154,10 @@ def exceeded_by_devices(
             raise ValueError(
                 f"levels of {quantity.name} cannot be asked of devices that differ: ask for x, v or others."
             )
-    bounds = _limits(limits, [quantity.name for quantity, _, _ in wanted])
+    bounds = checked_limits(
+        limits, [quantity.name for quantity, _, _ in wanted], "quantities and probabilities",
+        low=0.0, high=1.0, open_low=True, hint="It is a probability.",
+    )  # fmt: skip
     plan = _plan_of_all(plan, systems_of(system, [*numbers], _some(numbers, together, plan)), settings.get("step"))
     lot = Lot(system, numbers, together, plan, simulation_of(split_early(plan)))
     settings = {name: value for name, value in settings.items() if value is not None}
@@ -217,17 +224,6 @@ def _levels(levels: object) -> tuple[dict[str, Any], dict[str, Uncertain]]:
         else:
             plain[name] = given
     return plain, marked
-
-
-def _limits(limits: object, names: Sequence[str]) -> dict[str, float]:
-    if limits is None:
-        return {}
-    if not isinstance(limits, Mapping):
-        raise TypeError(f"limits must be a dict of quantities and probabilities, not {shown(limits)}.")
-    for name, limit in limits.items():
-        known_word(name, names, "limits", "must be of")
-        finite_number(limit, f"limits of {name}", low=0.0, high=1.0, open_low=True, hint="It is a probability.")
-    return {name: float(limit) for name, limit in limits.items()}
 
 
 def _curve(event: EventOfDevices, stage: Stage, alone: ExceedanceCurve, limit: float | None) -> DeviceExceedance:

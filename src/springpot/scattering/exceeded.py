@@ -231,26 +231,17 @@ class DevicesThatExceed:
     def to_dict(self) -> dict[str, Any]:
         """All but the draws, as plain numbers, words, lists and dicts; what is not finite is None."""
 
-        def interval(found: Any) -> Any:
-            return {each: getattr(found, each) for each in ("value", "error", "low", "high")}
-
-        def each(found: dict[str, list[Interval]]) -> dict[str, Any]:
-            return {name: [interval(one) for one in own] for name, own in found.items()}
-
         def of(curve: DeviceExceedance) -> dict[str, Any]:
-            same = "name", "unit", "levels", "probability", "error", "low", "high", "splits", "repetitions", "paths"
-            found: dict[str, Any] = {name: getattr(curve, name) for name in (*same, "largest", "limit")}
+            names = "name", "unit", "levels", "probability", "error", "low", "high", "splits", "repetitions", "paths"
+            found: dict[str, Any] = {name: getattr(curve, name) for name in (*names, "largest", "limit")}
             found |= {"nominal": curve.nominal.to_dict(), "devices": len(curve.draws)}
-            found |= {"devices_seen": curve.devices_seen, "by_mean": each(curve.by_mean)}
-            found["by_scatter"] = each(curve.by_scatter)
+            found |= {name: getattr(curve, name) for name in ("devices_seen", "by_mean", "by_scatter")}
             if (own := curve.of_devices) is not None:
-                found["quantiles"] = {str(share): interval(one) for share, one in own.quantiles.items()}
-                found |= {"tolerance": own.tolerance, "above": own.above and interval(own.above)}
-                for word, indices in (("index", own.alone), ("total_index", own.together)):
-                    found[word] = {name: interval(one) for name, one in indices.items()}
+                found |= {"quantiles": own.quantiles, "tolerance": own.tolerance, "above": own.above}
+                found |= {"index": own.alone, "total_index": own.together}
             return found
 
-        return {
-            "curves": {name: plain(of(curve)) for name, curve in self.curves.items()}, "numbers": [*self.numbers],
-            "inputs": [*self.inputs], "settings": self.settings.to_dict(), "warnings": [*self.warnings],
-        }  # fmt: skip
+        return plain({
+            "curves": {name: of(curve) for name, curve in self.curves.items()}, "numbers": self.numbers,
+            "inputs": self.inputs, "settings": self.settings.to_dict(), "warnings": self.warnings,
+        })  # fmt: skip

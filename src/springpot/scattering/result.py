@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import with_error
 from springpot.machine.installed import need
+from springpot.machine.plain import plain
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.system import System
 from springpot.scattering.estimates import BELOW, Estimates, Interval
@@ -90,29 +91,21 @@ class Scatter:
         >>> [*sp.scatter(device, ["x_mean_square"], devices=64).to_dict()["x_mean_square"]][:3]
         ['nominal', 'mean', 'scatter']
         """
-
-        def plain(found: Any) -> Any:
-            if isinstance(found, Interval):
-                return {name: plain(getattr(found, name)) for name in ("value", "error", "low", "high")}
-            if isinstance(found, dict):
-                return {str(name): plain(each) for name, each in found.items()}
-            return found if math.isfinite(found) else None
-
         results = {
             name: {
-                "nominal": {"value": plain(self.nominal[name].value), "error": plain(self.nominal[name].error)},
-                "mean": plain(own.mean), "scatter": plain(own.scatter), "path_scatter": plain(own.path_scatter),
-                "quantiles": plain(own.quantiles), "tolerance": plain(own.tolerance), "index": plain(own.alone),
-                "total_index": plain(own.together), "unexplained": plain(own.unexplained), "above": plain(own.above),
+                "nominal": {end: getattr(self.nominal[name], end) for end in ("value", "error")},
+                "mean": own.mean, "scatter": own.scatter, "path_scatter": own.path_scatter,
+                "quantiles": own.quantiles, "tolerance": own.tolerance, "index": own.alone,
+                "total_index": own.together, "unexplained": own.unexplained, "above": own.above,
             }
             for name, own in self.estimates.items()
         }  # fmt: skip
         about = {
-            "numbers": [*self.numbers], "inputs": [*self.inputs], "devices": len(self.draws), "paths": self.paths,
+            "numbers": self.numbers, "inputs": self.inputs, "devices": len(self.draws), "paths": self.paths,
             "method": self.method, "settings": self.settings.to_dict() if self.settings else None,
-            "warnings": [*self.warnings],
+            "warnings": self.warnings,
         }  # fmt: skip
-        return {**results, **about}
+        return plain(results | about)
 
     def _of(self, name: str, found: Estimates) -> Iterator[str]:
         unit = unit_of_result(self.system, name)

@@ -13,6 +13,7 @@ import numpy as np
 from springpot.machine.arguments import Uncertain, check_called, finite_number, finite_numbers
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, known_word, shown
+from springpot.machine.progress import counted
 from springpot.problem.free_numbers import nominal, uncertain_numbers
 from springpot.problem.system import System, checked_system
 from springpot.problem.uncertain import Bounded, Measured
@@ -153,12 +154,10 @@ def scatter(
         results = _by_theory(middle, all_systems, asked, method, told(0.0, 0.9))
     groups, (scores, normal, new, beside) = together.groups, _scores(numbers, together, draws.chances, seed)
     inputs = together.inputs(numbers)
-    found, tell = dict[str, Estimates](), told(0.9, 0.1)
-    for number, (name, values) in enumerate(results.values.items()):
+    found = dict[str, Estimates]()
+    for name, values in counted(results.values.items(), told(0.9, 0.1)):
         means = Means(scores, normal, values, new, beside)
         found[name] = estimated(means, inputs, groups, results.limits.get(name, ()), shares)
-        if tell is not None:
-            tell((number + 1) / len(results.values))
     return Scatter(
         system=system, method=method, settings=results.settings, numbers=tuple(numbers), inputs=inputs,
         draws=draws.values, paths=results.paths, estimates=found,
@@ -192,7 +191,7 @@ def _by_monte_carlo(
     names, limits = asked(linear_names(alone))
     _check_room(devices, alone)
     whole, plans = plan_of_all(first, systems(), given)
-    simulations = simulations_of(plans, whole, told(0.0, 0.3) or (lambda _: None))
+    simulations = simulations_of(plans, whole, told(0.0, 0.3))
     if paths is None and not alike([each.parts.tables for each in simulations]):
         simulations = [each.but(paths=LANES) for each in simulations]
         _check_room(devices, simulations[0])
@@ -222,14 +221,12 @@ def _by_theory(
         raise NotCoveredError(f"method must cover the system, and {method} does not: {why}")
     moments = {name: result.moments[name] for name in names_of_results(middle)}
     names, limits = asked([name for name, value in moments.items() if math.isfinite(value)])
-    rows, devices = [], systems()
-    for number, device in enumerate(devices):
+    rows = []
+    for device in counted(systems(), progress):
         own, why = solve_one(device, method)
         if own is None:
             raise NotCoveredError(f"method must cover all devices, and {method} does not cover one of them: {why}")
         rows.append([own.moments[name] for name in names])
-        if progress is not None:
-            progress((number + 1) / len(devices))
     values = np.array(rows)
     nominal_values = estimates_from(middle, {name: moments[name] for name in names}, dict.fromkeys(names, 0.0))
     found = {name: values[:, n : n + 1] for n, name in enumerate(names)}
@@ -238,7 +235,8 @@ def _by_theory(
 
 def _asked(quantities: Any, limits: Any, known: Sequence[str]) -> tuple[list[str], dict[str, tuple[float, ...]]]:
     """The results, and limits by name, of those that are known."""
-    names, bounds = _quantities(quantities, known), _limits(limits, known)
+    names = _quantities(quantities, known)
+    bounds = checked_limits(limits, known, "names and numbers, such as {'impact_rate': 3.0}")
     return [*dict.fromkeys([*names, *bounds])], {name: (limit,) for name, limit in bounds.items()}
 
 
@@ -281,16 +279,15 @@ def _quantities(given: Any, known: Sequence[str]) -> list[str]:
     return [*dict.fromkeys(known_word(name, known, "quantities", "must be of") for name in given)]
 
 
-def _limits(given: Any, known: Sequence[str]) -> dict[str, float]:
+def checked_limits(given: Any, known: Sequence[str], words: str, **allowed: Any) -> dict[str, float]:
+    """A limit for some of the known names, within the range that `finite_number` is told."""
     if given is None:
         return {}
     if not isinstance(given, Mapping):
-        raise TypeError(
-            f"limits must be a dict of names and numbers, such as {{'impact_rate': 3.0}}, not {shown(given)}."
-        )
+        raise TypeError(f"limits must be a dict of {words}, not {shown(given)}.")
     for name, limit in given.items():
         known_word(name, known, "limits", "must be of")
-        finite_number(limit, f"limits of {name}")
+        finite_number(limit, f"limits of {name}", **allowed)
     return {name: float(limit) for name, limit in given.items()}
 
 

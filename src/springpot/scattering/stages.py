@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -116,20 +117,13 @@ class Stage:
 
     def with_more(self, other: Stage) -> Stage:
         """Both together."""
-        a, b = self.tally, other.tally
 
-        def joined(of: Callable[[Tally], Floats]) -> Floats:
-            return np.concatenate([of(a), of(b)])
+        def joined(a: object, b: object, *names: str) -> dict[str, Any]:
+            return {name: np.concatenate([getattr(a, name), getattr(b, name)]) for name in names}
 
-        tally = replace(
-            a, exceeded=joined(lambda each: each.exceeded), weights=joined(lambda each: each.weights),
-            of_devices=joined(lambda each: each.of_devices), of_ancestors=joined(lambda each: each.of_ancestors),
-            path_steps=a.path_steps + b.path_steps,
-        )  # fmt: skip
-        return replace(
-            self, tally=tally, scores=np.concatenate([self.scores, other.scores]),
-            values=np.concatenate([self.values, other.values]), weights=np.concatenate([self.weights, other.weights]),
-        )  # fmt: skip
+        rows = joined(self.tally, other.tally, "exceeded", "weights", "of_devices", "of_ancestors")
+        tally = replace(self.tally, path_steps=self.tally.path_steps + other.tally.path_steps, **rows)
+        return replace(self, tally=tally, **joined(self, other, "scores", "values", "weights"))
 
     def tilt(self) -> Tilt | None:
         """Towards the devices that exceeded the rarest level that enough of them did; None if too few exceeded any."""

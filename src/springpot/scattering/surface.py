@@ -23,6 +23,7 @@ from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
+from numpy.polynomial.hermite_e import hermevander
 
 from springpot.machine.arrays import Floats
 
@@ -80,10 +81,7 @@ def _legendre(u: Floats, most: int) -> Floats:
 
 
 def _hermite(z: Floats, most: int) -> Floats:
-    found = [np.ones(z.size), z]
-    for n in range(1, most):
-        found.append(z * found[n] - n * found[n - 1])
-    return np.stack([each / math.sqrt(math.factorial(n)) for n, each in enumerate(found[: most + 1])], axis=1)
+    return np.asarray(hermevander(z, most) / np.sqrt([math.factorial(n) for n in range(most + 1)]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     import xarray
 
 _CHANCE = 0.025
+
+
+def _none() -> Floats:
+    return np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +58,11 @@ class FragilityCurve:
     kind: str
     fit: Fit
     intensities: Floats
-    exceeded: Any
-    tried: Any
-    known: Floats
-    places: Floats
-    demands: Floats
+    exceeded: Any = field(default_factory=_none)
+    tried: Any = field(default_factory=_none)
+    known: Floats = field(default_factory=_none)
+    places: Floats = field(default_factory=_none)
+    demands: Floats = field(default_factory=_none)
 
     @property
     def median(self) -> Interval:
@@ -161,15 +165,9 @@ class Fragility:
 
     def to_dict(self) -> dict[str, Any]:
         """Its numbers as plain ones; what is not finite is None."""
-        names = "output", "limit", "unit", "kind", "intensities", "exceeded", "tried"
-        curves = {
-            label: {
-                **{name: getattr(own, name) for name in names}, "median": asdict(own.median),
-                "dispersion": asdict(own.dispersion),
-            }
-            for label, own in self.curves.items()
-        }  # fmt: skip
-        return plain({"curves": curves, "method": self.method, "warnings": [*self.warnings]})
+        names = "output", "limit", "unit", "kind", "intensities", "exceeded", "tried", "median", "dispersion"
+        curves = {label: {name: getattr(own, name) for name in names} for label, own in self.curves.items()}
+        return plain({"curves": curves, "method": self.method, "warnings": self.warnings})
 
     def to_xarray(self) -> xarray.Dataset:
         """A dataset with the dimensions ``curve`` and, of stripes, ``intensity``.

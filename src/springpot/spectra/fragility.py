@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 
 from springpot.machine.arguments import LARGEST, check_called, finite_number, finite_numbers, one_of
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import listed, per_cent, shown
+from springpot.machine.faults import listed, shown
+from springpot.machine.progress import counted
 from springpot.problem.parts import RecordedExcitation
 from springpot.problem.system import System, checked_system
 from springpot.simulation.paths.simulation import Progress
@@ -20,14 +21,14 @@ from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.settings import checked_seed, checked_threads, whole_number
 from springpot.simulation.rare.exceedance import exceeded
 from springpot.spectra.curves import Fragility, FragilityCurve
-from springpot.spectra.largest import check_outputs, largest_values, of_each, unit_of_output
+from springpot.spectra.largest import Largest, check_outputs, largest_values, of_each, unit_of_output
 from springpot.spectra.lognormal import Fit, fit_brackets, fit_cloud, fit_counts, fit_probabilities
 from springpot.spectra.response import response_spectrum
 
 Method = Literal["plain", "splitting"]
 _SIZES = {"displacement": "distance", "velocity": "speed"}
 """The names in `springpot.exceedance` of what has two sides."""
-_SAID, _CURVED, _UNLIKELY = 0.02, 3.0, 1e-3
+_CURVED, _UNLIKELY = 3.0, 1e-3
 _FEWEST, _FEWEST_RARE = 5, 2  # records of a cloud, and intensities with a rare probability
 _USUAL_PATHS = 256
 _USUAL_RTOL = {"plain": 0.005, "splitting": 0.2}
@@ -174,9 +175,8 @@ def fragility(
         else:
             fit, kind = _fit_of_capacities(own, over), "capacities"
         unit = unit_of_output(systems[0], word)
-        none = np.zeros((3, 0))
         return FragilityCurve(
-            label, word, limit, unit, kind, fit, stripes, exceeded, tried, none, places, demands
+            label, word, limit, unit, kind, fit, stripes, exceeded=exceeded, tried=tried, places=places, demands=demands
         ), said
 
     curves, warnings = _curves(wanted, curve)
@@ -246,21 +246,14 @@ def _scaled(system: System, name: str, record: RecordedExcitation, factors: Floa
         tuple((factor * np.array(values)).tolist()) for factor, (_, values) in zip(factors, record.records, strict=True)
     )
     values: Any = own if record.count > 1 else own[0]
-    return System(**{**dict(system.stated()), name: replace(record, values=values, taken="in turn")})
-
-
-@dataclass(frozen=True, eq=False)
-class _Demands:
-    """Shape (intensities, paths), by output."""
-
-    values: dict[str, Floats]
-    warnings: tuple[str, ...]
+    return system.but(**{name: replace(record, values=values, taken="in turn")})
 
 
 def _demands(
     systems: Sequence[System], words: Sequence[str], rtol: float, paths: int | None, common: dict[str, Any],
     progress: Progress | None,
-) -> _Demands:  # fmt: skip
+) -> Largest:  # fmt: skip
+    """Of each intensity and path."""
     seed, threads = common["seed"], common["threads"]
     motions = [motion_of(each) for each in systems]
 
@@ -273,13 +266,7 @@ def _demands(
             argument="limits",
         )  # fmt: skip
 
-    found = of_each(one, len(systems), threads, progress)
-    warnings = [*dict.fromkeys(sentence for each in found for sentence in each.warnings)]
-    if (apart := float(np.mean([each.unconverged for each in found]))) > _SAID:
-        warnings.append(
-            f"{per_cent(apart)} of the demands change by more than {per_cent(rtol)} where the step is halved."
-        )
-    return _Demands({word: np.stack([each.values[word] for each in found]) for word in words}, tuple(warnings))
+    return Largest.of_all(of_each(one, len(systems), threads, progress), rtol, "demands")
 
 
 def _fit_of_capacities(intensities: Floats, over: Any) -> Fit:
@@ -296,11 +283,9 @@ def _by_splitting(
     """Each intensity has the probabilities of `springpot.exceedance`, with independent errors."""
     names = {_SIZES.get(word, word): np.array(sorted(limits)) for word, limits in wanted.items()}
     found = []
-    for number, system in enumerate(systems):
+    for number, system in enumerate(counted(systems, progress)):
         own = {**common, "seed": common["seed"] + number}
         found.append(exceeded(system, names, rtol=rtol, progress=None, **own))
-        if progress is not None:
-            progress((number + 1) / len(systems))
 
     def curve(label: str, word: str, limit: float) -> tuple[FragilityCurve, list[str]]:
         name, place, said = _SIZES.get(word, word), sorted(wanted[word]).index(limit), list[str]()
@@ -316,11 +301,8 @@ def _by_splitting(
             said.append(f"{label} is exceeded never or always at the intensity {some}, which is left out of its fit.")
         errors = np.log(high[known] / low[known]) / (2.0 * _NORMAL)
         fit = fit_probabilities(intensities[known], np.log(p[known]), np.maximum(errors, 1e-9))
-        unit, none = unit_of_output(systems[0], word), np.zeros((0, 0))
-        shares = np.stack([p, low, high])
-        return FragilityCurve(
-            label, word, limit, unit, "splitting", fit, intensities, none[0:0], none[0:0], shares, none, none
-        ), said
+        unit, shares = unit_of_output(systems[0], word), np.stack([p, low, high])
+        return FragilityCurve(label, word, limit, unit, "splitting", fit, intensities, known=shares), said
 
     curves, warnings = _curves(wanted, curve)
     warnings += [str(sentence) for each in found for sentence in each.warnings]

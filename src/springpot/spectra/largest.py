@@ -12,7 +12,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.machine.crew import work_together
-from springpot.machine.faults import NotCoveredError, few, shown
+from springpot.machine.faults import NotCoveredError, few, per_cent, shown
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.outputs import about_shocks
 from springpot.problem.system import System
@@ -38,6 +38,9 @@ _MOST_POINTS = 20_000_000  # of all records at the steps
 _ENDS = "_minimum", "_maximum", "_largest"
 
 
+_SAID = 0.02  # share of the values that depend on the step
+
+
 @dataclass(frozen=True, eq=False)
 class Largest:
     """Of each path, by output.
@@ -46,8 +49,6 @@ class Largest:
     ----------
     values, errors : dict of ndarray
         The largest sizes, and how far they were off at twice the step; NaN under noise with an envelope.
-    step : float
-        The shortest, in s.
     unconverged : float
         Share of the paths whose largest values differ by more than ``rtol`` between the last two steps.
     warnings : tuple of str
@@ -55,9 +56,21 @@ class Largest:
 
     values: dict[str, Floats]
     errors: dict[str, Floats]
-    step: float
     unconverged: float
     warnings: tuple[str, ...]
+
+    @classmethod
+    def of_all(cls, found: Sequence[Largest], rtol: float, what: str, why: str = "") -> Largest:
+        """Those of several systems, in rows; ``what`` and ``why`` are words about those that the step changes."""
+        values, errors = (
+            {word: np.stack([own[word] for own in all_of]) for word in all_of[0]}
+            for all_of in ([each.values for each in found], [each.errors for each in found])
+        )
+        warnings = [*dict.fromkeys(sentence for each in found for sentence in each.warnings)]
+        if (apart := float(np.mean([each.unconverged for each in found]))) > _SAID:
+            share, least = per_cent(apart), per_cent(rtol)
+            warnings.append(f"{share} of the {what} change by more than {least} where the step is halved{why}.")
+        return cls(values, errors, apart, tuple(warnings))
 
 
 def name_in_results(word: str) -> str:
@@ -143,7 +156,7 @@ def largest_values(
         if not step:  # of many paths one need not know each to the default step under records
             plan = planned(system, min(_COARSE * plan.settings.step, coarsest))
         fine = _run(plan, names)
-        found = fine, {name: np.full(fine[name].size, math.nan) for name in names}, plan.settings.step, 0.0
+        found = fine, {name: np.full(fine[name].size, math.nan) for name in names}, 0.0
     elif motion.is_random:
         found = _by_pairs(plan, names, 0 if step else _FEW_HALVINGS)
     elif step:
@@ -151,16 +164,16 @@ def largest_values(
     else:
         steps = [plan.settings.step * _COARSE * 2.0 ** (1 - n) for n in range(_MOST_HALVINGS + 1)]
         found = _by_halving(system, names, planned, steps, rtol)
-    values, errors, last, unconverged = found
+    values, errors, unconverged = found
     struck = {"impact_rate": 1.0 if values[_STRUCK].any() else 0.0}
     return Largest(
         {word: values[name] for word, name in zip(words, names, strict=True)},
         {word: errors[name] for word, name in zip(words, names, strict=True)},
-        last, unconverged, tuple(map(str, about_shocks(system, names, struck))),
+        unconverged, tuple(map(str, about_shocks(system, names, struck))),
     )  # fmt: skip
 
 
-def _by_pairs(plan: Plan, names: Sequence[str], most: int) -> tuple[dict[str, Floats], dict[str, Floats], float, float]:
+def _by_pairs(plan: Plan, names: Sequence[str], most: int) -> tuple[dict[str, Floats], dict[str, Floats], float]:
     """As `_by_halving`, of noise: until the paths are, in the mean, as with twice the step on the same noise."""
     for halving in range(most + 1):
         coarse, fine = _run(_with_step(plan, 2.0), names, halved=True), _run(plan, names)
@@ -168,17 +181,17 @@ def _by_pairs(plan: Plan, names: Sequence[str], most: int) -> tuple[dict[str, Fl
         if halving == most or all(errors[name].mean() <= _FAR * fine[name].mean() for name in names):
             break
         plan = _with_step(plan, 0.5)
-    return fine, errors, plan.settings.step, 0.0
+    return fine, errors, 0.0
 
 
 def _by_halving(
     system: System, names: Sequence[str], planned: Callable[[System, float], Plan], steps: Sequence[float], rtol: float
-) -> tuple[dict[str, Floats], dict[str, Floats], float, float]:
+) -> tuple[dict[str, Floats], dict[str, Floats], float]:
     """Values and errors of each record, the last step, and the share of the records that did not agree.
 
     A record is left alone when it has agreed twice from step to step, since once may be by chance; of two steps once.
     """
-    coarse, last = _run(planned(system, steps[0]), names), steps[0]
+    coarse = _run(planned(system, steps[0]), names)
     values, count = {name: own.copy() for name, own in coarse.items()}, coarse[names[0]].size
     errors, members = {name: np.full(count, math.inf) for name in names}, np.arange(count)
     doubtful = np.full(count, len(steps) > 2)
@@ -187,22 +200,18 @@ def _by_halving(
         if finer.settings.steps * members.size > _MOST_POINTS:
             doubtful[:] = True
             break
-        last, fine = step, _run(finer, names)
+        fine = _run(finer, names)
         apart = _apart(coarse, fine, rtol)
         left = apart | doubtful
         for name in names:
-            own = np.abs(fine[name] - coarse[name])
-            errors[name][members] = np.where(left, own, np.fmax(own, _finite(errors[name][members])))
+            own, before = np.abs(fine[name] - coarse[name]), errors[name][members]
+            errors[name][members] = np.where(left | ~np.isfinite(before), own, np.fmax(own, before))
         for name, found in fine.items():
             values[name][members] = found
         coarse, members, doubtful = {name: own[left] for name, own in fine.items()}, members[left], apart[left]
         if not members.size:
             break
-    return values, errors, last, float(doubtful.sum() / count)
-
-
-def _finite(numbers: Floats) -> Floats:
-    return np.where(np.isfinite(numbers), numbers, 0.0)
+    return values, errors, float(doubtful.sum() / count)
 
 
 _STRUCK = "struck"
@@ -215,7 +224,7 @@ def _of_records(system: System, members: Any, count: int) -> System:
         return system
     (name, part), own = records[0], [records[0][1].records[n] for n in members]
     some = replace(part, time=tuple(time for time, _ in own), values=tuple(values for _, values in own))
-    return System(**{**dict(system.stated()), name: some})
+    return system.but(**{name: some})
 
 
 def _with_step(plan: Plan, times: float) -> Plan:

@@ -85,7 +85,7 @@ def fit_counts(intensity: Floats, exceeded: Floats, tried: Floats) -> Fit:
 
     found = _fitted(likelihood, logs, _CHI_SQUARED)
     perfect = float((xlogy(exceeded, exceeded / tried) + xlogy(tried - exceeded, 1.0 - exceeded / tried)).sum())
-    return _with_chance(found, perfect - _top(found, likelihood), logs.size)
+    return _with_chance(found, likelihood, perfect, logs.size)
 
 
 def fit_brackets(low: Floats, high: Floats) -> Fit:
@@ -144,15 +144,12 @@ def fit_probabilities(intensity: Floats, logarithm: Floats, error: Floats) -> Fi
         return float(-0.5 * (((log_ndtr((logs - middle) / dispersion) - logarithm) / error) ** 2).sum())
 
     found = _fitted(likelihood, logs, _CHI_SQUARED)
-    return _with_chance(found, -_top(found, likelihood), logs.size)
+    return _with_chance(found, likelihood, 0.0, logs.size)
 
 
-def _top(found: Fit, likelihood: Callable[[float, float], float]) -> float:
-    return likelihood(math.log(found.median.value), found.dispersion.value)
-
-
-def _with_chance(found: Fit, lack: float, points: int) -> Fit:
+def _with_chance(found: Fit, likelihood: Callable[[float, float], float], perfect: float, points: int) -> Fit:
     """By twice the lack of the likelihood, about chi-squared with two degrees of freedom less than points."""
+    lack = perfect - likelihood(math.log(found.median.value), found.dispersion.value)
     return replace(found, chance=float(chdtrc(points - 2, 2.0 * lack))) if points > 2 else found
 
 

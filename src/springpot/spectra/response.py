@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from springpot.machine.arguments import check_called, finite_number, finite_numbers, one_of
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import per_cent, shown
+from springpot.machine.faults import shown
 from springpot.problem.parts import Dashpot, Mass, RecordedExcitation, Spring
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
@@ -20,7 +20,7 @@ from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.settings import checked_seed, checked_threads, whole_number
 from springpot.spectra import recursion, stationary
-from springpot.spectra.largest import check_outputs, largest_values, of_each, unit_of_output
+from springpot.spectra.largest import Largest, check_outputs, largest_values, of_each, unit_of_output
 from springpot.spectra.recursion import Kind
 from springpot.spectra.spectrum import ResponseSpectrum, Spectrum
 from springpot.spectra.templates import USUAL_DAMPING, Template, systems_of
@@ -32,7 +32,6 @@ _PSEUDO = {"pseudo_acceleration": 2, "pseudo_velocity": 1}
 _USUAL_PATHS = 256
 _TAIL = 2.0  # periods after the last point of a record, where the kernel has to find the largest values
 _MOST_PERIODS = 10_000
-_SAID = 0.02  # share of the records that depend on the step
 _CHANCE = 0.025  # on either side of a 95 % interval
 
 
@@ -167,7 +166,8 @@ def response_spectrum(
             raise ValueError(
                 "duration must be left out where the excitation ends: records and envelopes have their own."
             )
-    if kind != "maximax" and (not lasts or _is_uneven(excitation)):
+    lengths = (round((time[-1] - time[0]) / excitation.duration, 9) for time, _ in excitation.records)
+    if kind != "maximax" and (not lasts or len({*lengths}) > 1):
         raise ValueError(f"kind must be 'maximax' for records of different lengths and for noise, not {kind!r}.")
     common = {"periods": own, "shares": (*shares,), "kind": kind, "systems": (*systems,), "damping": damping}
     if isinstance(excitation, RecordedExcitation) and _is_simple(systems) and {*asked} <= {*recursion.OF_ONE}:
@@ -188,22 +188,9 @@ def response_spectrum(
             paths=drawn or motions.different_paths, rtol=rtol, step=step, seed=seed, threads=1,
         )  # fmt: skip
 
-    found = of_each(one, own.size, threads, progress)
-    values = {word: np.stack([each.values[word] for each in found]) for word in asked}
-    errors = {word: np.stack([each.errors[word] for each in found]) for word in asked}
-    warnings = [*dict.fromkeys(sentence for each in found for sentence in each.warnings)]
-    apart = float(np.mean([each.unconverged for each in found]))
-    if apart > _SAID:
-        warnings.append(
-            f"{per_cent(apart)} of the largest values change by more than {per_cent(rtol)} where the step is halved: "
-            "small changes grow from impact to impact; quantiles over many records are known better than single ones."
-        )
-    return _put(common, "kernel", words, values, errors, tuple(warnings))
-
-
-def _is_uneven(excitation: Excitation) -> bool:
-    """Whether its records are of different lengths."""
-    return len({round((time[-1] - time[0]) / excitation.duration, 9) for time, _ in excitation.records}) > 1
+    why = ": small changes grow from impact to impact; quantiles over many records are known better than single ones"
+    found = Largest.of_all(of_each(one, own.size, threads, progress), rtol, "largest values", why)
+    return _put(common, "kernel", words, found.values, found.errors, found.warnings)
 
 
 def _is_simple(systems: Sequence[System]) -> bool:
