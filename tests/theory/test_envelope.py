@@ -13,10 +13,10 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.averaging import averaging
+from springpot.theory.methods.envelope.arcs import arc_frequencies, harmonic_sum
 from springpot.theory.methods.envelope.balance import balance
-from springpot.theory.methods.envelope.cycles import harmonic_sum, make_cycles
+from springpot.theory.methods.envelope.method import envelope
 from springpot.theory.methods.exact import exact
-from springpot.theory.methods.systems.envelope import envelope
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Problem
 from springpot.theory.result import MOMENTS, NoStationaryStateError
@@ -57,11 +57,12 @@ def test_sums_over_harmonics_against_a_long_sum(p, gamma):
 def test_energy_of_a_cycle_changes_by_its_frequency_times_the_action(order, c, b, r):
     """The energy is that of motion and spring, and what the springpot stores of the harmonics and of the slow force."""
     found = balance(Problem(order, c, b, r))
-    k1, wave = found.frequency**2 - 1.0, 2.0 * (found.x_square - found.mean**2)
-    stored = 0.5 * (found.v_square + found.x_square) + 0.25 * (1.0 - order) * k1 * wave
+    cycles, field = found.cycles, found.problem.field
+    k1, wave = cycles.arc - 1.0, 2.0 * (cycles.x_square - cycles.mean**2)
+    stored = 0.5 * (cycles.v_square + cycles.x_square) + 0.25 * (1.0 - order) * k1 * wave
     change = found.labels.derivative(stored)
-    change += found.closure.slow_stiffness * (found.mean - found.closure.mean) * found.labels.derivative(found.mean)
-    gap = change / (math.pi * found.frequency / found.phase * found.measure) - 1.0
+    change += field.slow_stiffness * (cycles.mean - field.about) * found.labels.derivative(cycles.mean)
+    gap = change / (found.measure / cycles.period) - 1.0
     assert np.average(np.abs(gap), weights=found.weight) < 1e-3
 
 
@@ -70,7 +71,7 @@ def test_without_memory_actions_are_areas():
 
 
 def test_phase_is_the_inverse_of_the_height():
-    cycles = make_cycles(0.5, 0.7)
+    cycles = arc_frequencies(0.5, 0.7)
     phase = np.array([0.01, 0.4, 1.5, 2.0, 2.9])
     k1 = cycles.frequency(phase) ** 2 - 1.0
     ratio = (np.cos(phase) + (k1 - 0.2 * (1.0 + k1)) * np.sin(phase) / phase) / (1.0 - np.cos(phase))

@@ -10,7 +10,7 @@ import pytest
 import springpot as sp
 from springpot.evidence.reliability import warnings_of
 from springpot.theory import NotCoveredError, envelope, exact, fokker_planck, linear, solve_all
-from springpot.theory.methods.systems.envelope import envelope_of_system
+from springpot.theory.methods.envelope.method import envelope_of_system
 from tests.sizes import thinned, validation
 from tests.struck import rates_of, speeds_of
 

@@ -13,12 +13,11 @@ from springpot.machine.faults import NotCoveredError
 if TYPE_CHECKING:
     from springpot.theory.level_crossings import LevelRates, LevelsOfProbability, exceedance, exceedance_level
     from springpot.theory.methods.averaging import Averaging, averaging
-    from springpot.theory.methods.envelope.method import Envelope
+    from springpot.theory.methods.envelope.method import Envelope, envelope
     from springpot.theory.methods.exact import Exact, exact
     from springpot.theory.methods.fokker_planck.method import FokkerPlanck, fokker_planck
     from springpot.theory.methods.memory_closure.method import MemoryClosure, memory_closure
     from springpot.theory.methods.systems.amplitude import AmplitudeAveraging, averaging_amplitude
-    from springpot.theory.methods.systems.envelope import envelope
     from springpot.theory.methods.systems.half_cycles import HalfCycles, half_cycles
     from springpot.theory.methods.systems.linear import LinearResponse, linear
     from springpot.theory.methods.systems.linearization import Linearization, linearization
@@ -71,8 +70,7 @@ _PLACES = {
     "level_crossings": ("LevelRates", "LevelsOfProbability", "exceedance", "exceedance_level"),
     "methods.averaging": ("Averaging", "averaging"),
     "methods.memory_closure.method": ("MemoryClosure", "memory_closure"),
-    "methods.envelope.method": ("Envelope",),
-    "methods.systems.envelope": ("envelope",),
+    "methods.envelope.method": ("Envelope", "envelope"),
     "methods.exact": ("Exact", "exact"),
     "methods.fokker_planck.method": ("FokkerPlanck", "fokker_planck"),
     "methods.systems.amplitude": ("AmplitudeAveraging", "averaging_amplitude"),

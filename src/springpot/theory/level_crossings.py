@@ -15,8 +15,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, known_word, shown
 from springpot.problem.system import System
 from springpot.theory.distributions import level_probabilities
-from springpot.theory.methods.envelope.method import Envelope
-from springpot.theory.methods.systems.envelope import envelope
+from springpot.theory.methods.envelope.method import Envelope, envelope
 from springpot.theory.methods.systems.linear import LinearResponse, linear, motions
 
 _LEAST_LEVEL = 1e-9  # over the deviation: a level that lies less far off is the mean

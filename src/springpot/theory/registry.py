@@ -99,7 +99,7 @@ _LISTED = (
     Method("averaging_amplitude", "averaging of the amplitude", "systems.amplitude.averaging_amplitude", "green",
            (2.5, 1.0, 2.5, 3.0)),
     Method("linearization", "linearization", "systems.linearization.linearization", "blue", (1.0, 1.5), seconds=0.1),
-    Method("envelope", "envelope", "systems.envelope.envelope", "vermilion", over_order="one by one"),
+    Method("envelope", "envelope", "envelope.method.envelope", "vermilion", over_order="one by one"),
     Method("memory_closure", "memory closure", "memory_closure.method.memory_closure", "blue", (3.5, 2.0)),
     Method("half_cycles", "half cycles", "systems.half_cycles.half_cycles", "orange",
            (5.0, 1.5, 1.0, 1.5, 1.0, 1.5), seconds=0.4),

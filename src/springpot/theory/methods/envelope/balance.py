@@ -1,8 +1,7 @@
-"""The self-consistent balance of the envelope: loss, stored energy and probability of cycles of every size.
+"""The self-consistent balance of the envelope: loss, action and probability of cycles of every size.
 
-Everything is dimensionless (time 1/Omega, length sqrt(q/Omega^3), so that q = 1).  A cycle is labelled by its height
-above the wall; cycles below the grazing one have no impact.  The fixed point is described by a few numbers (`Closure`);
-the physics is in `method`.
+The cycles are those of any well, by quadrature (`cycles`), or those of the paper's problem in closed form (`arcs`); all
+else is one for both.  The fixed point is described by a few numbers (`Field`); the physics is in `method`.
 """
 
 from __future__ import annotations
@@ -10,110 +9,70 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import astuple, dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
+from numpy.typing import NDArray
 
 from springpot.machine.arrays import Floats
-from springpot.theory.methods.envelope.cycles import SMALLEST_PHASE, Cycles, harmonic_sum, make_cycles
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.parts import Barrier, Spring, Springpot, WhiteNoise
+from springpot.problem.parts.walls import restitution_at
+from springpot.problem.system import System
+from springpot.theory.methods.envelope.arcs import arcs_up_to
+from springpot.theory.methods.envelope.cycles import (
+    COARSE,
+    FINE,
+    REACH,
+    Cycles,
+    CyclesInWell,
+    Field,
+    Ladder,
+    Problem,
+    ladder_of,
+)
+from springpot.theory.methods.envelope.walls import after_impact
 from springpot.theory.numerics.energy_diffusion import EnergyDiffusion, make_energy_diffusion
 from springpot.theory.numerics.equations import Anderson
-from springpot.theory.numerics.panels import on_panels, panel_rule
-from springpot.theory.problem import Problem
+from springpot.theory.numerics.panels import Labels, panel_rule
+from springpot.theory.problem import Problem as PaperProblem
 
-_NODES = 10  # Gauss-Legendre nodes of a panel
-_FINE_NODES = 30  # for the diffusion in time, whose fluxes are of second order
-_FAR = 45.0  # the stationary density ends where it has fallen by e^-45
+_FINE_CELLS, _FINE_NODES = 450, 10  # in all, and at least in a panel: the fluxes of the diffusion are of second order
+_FAR, _FAR_IN_WELL = 45.0, 42.0  # the density of arcs, and the share of others in the mean energy, end at e^-45, e^-42
+_LOWEST, _HIGHEST = -50.0, 40.0  # decades of energy that are searched, in m^2/s^2
 _STEPS, _FREE = 40, 19  # largest number of steps, and of steps without damping
-_SETTLED = 1e-8
+_SETTLED = 1e-8, 3e-4  # change of the mean field at the end: of arcs, and of cycles in any well
 _DEPTH, _CUTOFF = 3, 1e-8  # of the acceleration
 _UNSETTLED = 0.02  # change of the numbers per step above which there is no result; a smaller one gives a warning
 _FORGETFUL = 3.0  # decay over frequency above which the motion is overdamped: the line-width correction diverges
-_STRUCK = 1e-8  # variance of the mean of a cycle over <x^2>, below which the wall has no effect
-_STRIKING_PANELS = 9
+_STILL = 1e-8, 1e-6  # variance of the mean of a cycle over <x^2>, below which it is not followed: of both kinds
 _SHORT = 2.0  # power by which broadening decreases in short flights: of 1, 2, 4 the best at r = 0.5 and 0.8, b = 1
+NEVER = 1e-15  # rate of impacts that is none
 _FASTEST, _FARTHEST = 1e150, 1e60  # largest velocity and displacement whose powers do not overflow
 
 
-@dataclass(frozen=True)
-class Closure:
-    """Averages over the whole motion on which a cycle depends.
+class Struck(NamedTuple):
+    """One wall or contact: its impact speed in each cycle, NaN where it is not reached, the restitution, and the square
+    of the speed before an impact over the square of that."""
 
-    Parameters
-    ----------
-    slow_stiffness : float
-        k0, the springpot's stiffness against slow changes of the cycle's mean.
-    mean : float
-        m = E[x].
-    decay : float
-        beta, the decay rate of the amplitude.
-    frequency : float
-        Mean frequency w of the arcs.
-    share : float
-        Share of the extra dissipation by broadened lines that the line at zero frequency does not compensate.
-    taken : float
-        Share of the input power that the springpot dissipates; impacts dissipate the rest.
+    speed: Floats
+    restitution: float | Floats
+    before: Floats
+
+
+class _Rates(NamedTuple):
+    """What changes the energy of cycles: one entry per cycle.
+
+    Power that is taken, without that of impacts, and in resistors; the rate at which the variance of the energy grows;
+    the action of the cycle with its memory, times 2 pi; and each wall and contact.
     """
 
-    slow_stiffness: float = 0.0
-    mean: float = 0.0
-    decay: float = 0.0
-    frequency: float = 1.0
-    share: float = 0.0
-    taken: float = 1.0
-
-
-@dataclass(frozen=True)
-class Labels:
-    """Gauss-Legendre panels of the label of the cycles: first those without impacts, then those with impacts.
-
-    The label is A/A_clear - 1 in [-1, 0] without impacts and the square root of the height above grazing with them.
-
-    Parameters
-    ----------
-    edges : ndarray
-        Ends of the panels.
-    clear : int
-        Number of panels without impacts.
-    clear_amplitude : float
-        A at the end of the cycles without impacts: the grazing amplitude, or the largest of interest; 0 if every cycle
-        has impacts.
-    """
-
-    edges: Floats
-    clear: int
-    clear_amplitude: float
-
-    @property
-    def nodes(self) -> Floats:
-        """Labels of the nodes, one row for each panel."""
-        return on_panels(self.edges[:-1], self.edges[1:], _NODES)[0]
-
-    @property
-    def weights(self) -> Floats:
-        """Weights of the integral over the label, in the shape of the nodes."""
-        return on_panels(self.edges[:-1], self.edges[1:], _NODES)[1]
-
-    def derivative(self, values: Floats) -> Floats:
-        """Derivative by the label."""
-        return np.asarray((self._rows(values) @ _DERIVATIVE.T / np.diff(self.edges)[:, None]).ravel())
-
-    def integral(self, values: Floats) -> Floats:
-        """Integral over the label from the first edge to each node."""
-        width = np.diff(self.edges)[:, None]
-        rows = self._rows(values) * width
-        before = np.r_[0.0, np.cumsum(rows @ _WEIGHTS)[:-1]]
-        return np.asarray((rows @ _INTEGRAL.T + before[:, None]).ravel())
-
-    def interpolate(self, values: Floats, label: Floats) -> Floats:
-        """Values of the nodes' polynomials at any labels, shape (..., quantities) for values (nodes, quantities)."""
-        panel = np.clip(np.searchsorted(self.edges, label, side="right") - 1, 0, self.edges.size - 2)
-        place = 2.0 * (label - self.edges[panel]) / (self.edges[panel + 1] - self.edges[panel]) - 1.0
-        series = np.einsum("kn,pnq->pkq", _TO_LEGENDRE, values.reshape(-1, _NODES, values.shape[-1]))
-        return np.asarray(np.einsum("...k,...kq->...q", legendre.legvander(place, _NODES - 1), series[panel]))
-
-    def _rows(self, values: Floats) -> Floats:
-        return values.reshape(-1, _NODES)
+    loss: Floats
+    damped: Floats
+    electric: Floats
+    spread: Floats
+    action: Floats
+    struck: tuple[Struck, ...]
 
 
 @dataclass(frozen=True)
@@ -164,78 +123,59 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells of the diffusion in time; one entry per cell for every array, named as in `Balance`."""
+    """Cells of the diffusion in time; one entry per cell for every array.
 
+    ``area`` is that of the plane of x and v between cycles, over the action: 1 without memory.
+    """
+
+    problem: Problem
     diffusion: EnergyDiffusion
-    stretch: Stretch | None
     label: Floats
     area: Floats
-    x_square: Floats
-    v_square: Floats
-    phase: Floats
-    amplitude: Floats
-    frequency: Floats
-    centre: Floats
+    cycles: Cycles
+    stretch: Stretch | None
 
 
 @dataclass(frozen=True)
 class Balance:
-    """The converged balance; one entry per node for every array.
+    """The stationary law on a grid of cycles; one entry per node for every array.
 
     Parameters
     ----------
-    problem, closure, labels
-        The problem, the fixed point and the nodes.
+    problem, labels, cycles
+        The problem with its mean field, the nodes, and the cycles.
+    range : tuple of float
+        The labels of interest: the largest amplitude of arcs; of other cycles the least and largest energy and the
+        typical one.
+    rates : _Rates
+    measure : ndarray
+        d action / d label.
+    weight, plane : ndarray
+        The probability of the node's cell per action, and, where one wall is struck, per area of the plane of x and v.
+    fall, density : ndarray
+        -ln of the stationary density per action, and the density per label.
+    mobility, strength : ndarray
+        D / J of the diffusion of the action, D being half the rate at which its variance grows, and D f / J.
     steps, change : int, float
         Number of fixed-point steps, and the change in the last one.
-    phase, amplitude, frequency, centre : ndarray
-        p, A, w and x_e of the cycles.
-    mean, x_square, v_square : ndarray
-        Means of x, x^2 and v^2 over a cycle.
-    dissipation : ndarray
-        Power that the springpot dissipates.
-    rate, speed, before : ndarray
-        Impacts per unit of time (0 without), the cycle's impact speed, and the square of the speed before an impact
-        over the square of that.
-    action, measure, weight : ndarray
-        J, that of a cycle with its memory, dJ/dlabel, and the probability of the node's cell.
-    area : ndarray
-        Area of the plane of x and v between cycles, over 2 pi dJ: 1 without memory.
-    fall, mobility : ndarray
-        -ln of the stationary density per action, and D / J.
-    density : ndarray
-        Stationary density per label.
-    diffusion : EnergyDiffusion
-        On the same cells, without those of negligible weight.
     stretch : Stretch or None
-        Correction for a lossy wall.  It is included in ``mean``, ``x_square`` and ``v_square``; the other arrays are
-        those of the cycles.
+        Correction of arcs for a lossy wall or a memory.  It is included in the means of ``cycles``; the other arrays
+        are those of the cycles.
     """
 
     problem: Problem
-    closure: Closure
     labels: Labels
-    steps: int
-    change: float
-    phase: Floats
-    amplitude: Floats
-    frequency: Floats
-    centre: Floats
-    mean: Floats
-    x_square: Floats
-    v_square: Floats
-    dissipation: Floats
-    rate: Floats
-    speed: Floats
-    before: Floats
-    action: Floats
+    cycles: Cycles
+    range: tuple[float, ...]
+    rates: _Rates
     measure: Floats
     weight: Floats
-    area: Floats
+    plane: Floats
     fall: Floats
-    mobility: Floats
     density: Floats
-    diffusion: EnergyDiffusion
+    mobility: Floats
+    steps: int = 0
+    change: float = 0.0
     stretch: Stretch | None = None
 
     def average(self, values: Floats) -> float:
@@ -243,284 +183,300 @@ class Balance:
         return float(self.weight @ values)
 
     @property
-    def per_area(self) -> Balance:
-        """With the probabilities of cycles per area of the plane of x and v."""
-        weight = self.weight * self.area
-        total = weight.sum()
-        return replace(self, weight=weight / total, density=self.density * self.area / total)
+    def is_struck(self) -> bool:
+        """Whether any cycle of interest has impacts."""
+        period = self.cycles.period
+        often = sum(self.average(np.isfinite(stop.speed) / period) for stop in self.rates.struck)
+        return often > NEVER / self.average(period)
 
-    def from_origin(self, origin: float) -> tuple[float, float]:
-        """Mean and mean square of x - origin."""
-        mean = self.average(self.mean)
-        return mean - origin, self.average(self.x_square) - 2.0 * origin * mean + origin * origin
+    @property
+    def moments(self) -> tuple[float, float, float]:
+        """Mean and mean square of x - origin, per action, and mean square of v: of arcs per area, else per action."""
+        cycles, of_v = self.cycles, self.plane if self.problem.closed else self.weight
+        return self.average(cycles.mean), self.average(cycles.x_square), float(of_v @ cycles.v_square)
+
+    @property
+    def input_power(self) -> float:
+        """What noise feeds: the power that is taken, as a mean per area of the plane; exact also where cycles cross."""
+        return 0.5 if self.problem.closed else self.average(self.rates.loss) / self.average(self.area)
 
     @property
     def taken(self) -> float:
-        """Share of the input power that the springpot dissipates; impacts dissipate the rest."""
-        return 2.0 * self.average(self.dissipation)
+        """Share of the input power that impacts do not take."""
+        return min(self.average(self.rates.damped) / self.input_power, 1.0)
 
     @property
-    def fundamental(self) -> float:
-        """Mean of the cycles' 2 pi / period."""
-        return self.average(math.pi * self.frequency / self.phase)
+    def strength(self) -> Floats:
+        return self.mobility * self.density / self.measure
 
-    def cycle(self, label: Floats, clear: int) -> tuple[Floats, Floats]:
-        """Amplitude and frequency of the cycles with these labels; the first ``clear`` are without impacts."""
-        cycles, slow_share = _mean_field(self.problem, self.closure)
-        above_rest = self.problem.position - slow_share * self.closure.mean
-        p, a = _shape(cycles, self.labels, label, clear, above_rest, slow_share)
-        return a, cycles.frequency(p)
+    @property
+    def area(self) -> Floats:
+        """Area of the plane between cycles, over the action: 1 without memory."""
+        between = np.maximum(self.labels.derivative(self.cycles.period * self.cycles.v_square), 0.0)
+        return between / self.measure
 
     def cells(self) -> Cells:
         """The same cycles on a finer grid, for the diffusion in time."""
-        label, measure = panel_rule(self.labels.edges, _FINE_NODES)
-        columns = (self.action, self.measure, self.fall, self.mobility, self.area, self.x_square, self.v_square)
-        shapes = (self.phase, self.amplitude, self.frequency, self.centre)
-        fine = self.labels.interpolate(np.stack([*columns, *shapes], axis=1), label).T
-        density = np.exp(-fine[2])
-        mass = density * np.maximum(fine[1], 0.0) * measure
-        likely = (mass > 1e-25 * mass.max()) & (np.diff(np.maximum.accumulate(fine[0]), prepend=0.0) > 0.0)
-        diffusion = make_energy_diffusion(fine[0, likely], mass[likely], (density * fine[3])[likely])
-        kept = likely & np.isin(fine[0], diffusion.action)
-        return Cells(diffusion, self.stretch, label[kept], *fine[4:, kept])
+        panels = self.labels.edges.size - 1
+        label, measure = panel_rule(self.labels.edges, max(_FINE_CELLS // panels, _FINE_NODES))
+        columns = np.stack([self.rates.action, self.measure, self.fall, self.mobility, self.area], axis=1)
+        action, slope, fall, mobility, area = self.labels.interpolate(columns, label).T
+        density = np.exp(-fall)
+        diffusion, kept = _diffusion(action, density * np.maximum(slope, 0.0) * measure, density * mobility)
+        return Cells(
+            self.problem, diffusion, label[kept], area[kept], self.cycles.on(self.labels, label[kept]), self.stretch
+        )
 
 
-def balance(problem: Problem) -> Balance:
-    """Solve for the stationary envelope.
+def _diffusion(action: Floats, mass: Floats, strength: Floats) -> tuple[EnergyDiffusion, NDArray[np.intp]]:
+    """The diffusion of the action, and which cells it keeps."""
+    likely = np.flatnonzero((mass > 1e-25 * mass.max()) & (np.diff(np.maximum.accumulate(action), prepend=0.0) > 0.0))
+    diffusion = make_energy_diffusion(action[likely], mass[likely], strength[likely])
+    return diffusion, likely[np.isin(action[likely], diffusion.action)]
+
+
+def balance(problem: Problem | PaperProblem) -> Balance | str:
+    """The stationary law, with the mean field that it makes itself where the two can be found together.
 
     Parameters
     ----------
     problem : Problem
-        One that dissipates energy.
+        Of any system; or that of the paper, one that dissipates energy.
+
+    Returns
+    -------
+    Balance or str
+        Or why there is no stationary state.
 
     Raises
     ------
-    ValueError
+    NotCoveredError
         If cycles of different size cross, the preload is too deep, or the iteration does not converge.
 
     Examples
     --------
     >>> from springpot.theory.problem import Problem
     >>> settled = balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0))
-    >>> round(settled.average(settled.v_square), 6)
+    >>> round(settled.average(settled.cycles.v_square), 6)
     1.0
     """
-    closure, reach = Closure(), _first_reach(problem)
-    short, long = 0.0, math.inf  # reaches that were too short and too long
+    if isinstance(problem, PaperProblem):
+        problem = of_paper(problem)
+    if not problem.springpots or problem.unit.temperature > 0.0:  # matched noise balances the broadened lines too
+        return _law(problem)
+    if problem.closed:
+        return _law_in_its_field(problem)
+    first, second = (_law, _law_in_its_field) if problem.walls == 2 else (_law_in_its_field, _law)
+    try:
+        return first(problem)
+    except NotCoveredError:
+        return second(problem)
+
+
+def of_paper(paper: PaperProblem) -> Problem:
+    """The dimensionless problem of the paper, whose cycles are in closed form."""
+    walls = (Barrier(paper.position, paper.restitution, free_side="above"),) if paper.position > -math.inf else ()
+    unit = System(Spring(1.0), Springpot(paper.order, paper.coefficient), WhiteNoise(1.0), *walls).per_unit_mass
+    return Problem(unit.potential, 0.0, unit.dashpots, (), (), unit, closed=True)
+
+
+def _law_in_its_field(problem: Problem) -> Balance | str:
+    """The law and its mean field, found together."""
+    law, closed = _law(problem, COARSE), problem.closed
     mix, best = Anderson(_DEPTH, _CUTOFF), None
     for steps in range(1, _STEPS + 1):
-        current = _sweep(problem, closure, reach)
-        target, fall = _close(current), float(current.fall[-1] - current.fall[0])
-        change = _distance(closure, target)
-        # with a far wall, cycles with impacts may be too long and those without too short
-        fits = fall > 0.9 * _FAR and (fall < 1.3 * _FAR or reach == long)
-        cycles = problem.order == 1.0 or closure.decay < _FORGETFUL * current.fundamental
+        if isinstance(law, str):
+            return law
+        here, there = np.array(astuple(law.problem.field)), np.array(astuple(_field(law)))
+        arc = law.average(law.cycles.arc)
+        scales = np.array([arc, math.sqrt(law.average(law.cycles.x_square)), 1.0, math.sqrt(arc), 1.0])
+        change = float(np.max(np.abs(there - here) / scales))
         # where cycles nearly cross, convergence is not monotonic
-        if fits and cycles and (best is None or change < best.change):
-            best = replace(current, steps=steps, change=change)
-            if change < _SETTLED:
+        if there[2] * math.sqrt(arc) < _FORGETFUL * law.average(law.cycles.frequency) and (
+            best is None or change < best.change
+        ):
+            best = replace(law, steps=steps, change=change)
+            if change < _SETTLED[not closed]:
                 break
-        if not fits and long < 1.001 * short:
-            reach = long
-        elif not fits:
-            if steps > _FREE:
-                short, long = (reach, long) if fall < _FAR else (short, reach)
-            if short > 0.0 and long < math.inf:  # with a far wall the step below would oscillate
-                reach = math.sqrt(short * long)
-            else:
-                reach *= math.sqrt(min(max(1.05 * _FAR / max(fall, 1e-9), 0.05), 10.0))
-        closure = _next(mix, closure, target, 1.0 if steps <= _FREE else 1.0 / 3.0)
-    if best is None or best.change > _UNSETTLED or float(best.phase.min()) < 1.1 * SMALLEST_PHASE:
-        raise ValueError("the cycles of interest are out of reach, or their mean field does not settle.")
-    return best
+        part = 1.0 if steps <= _FREE else 1.0 / 3.0
+        mixed = mix.part_of_step(here, there, part)
+        if min(mixed[0], *mixed[2:]) < 0.0 or mixed[4] > 1.0:
+            mixed = here + part * (there - here)
+        law = _law(replace(problem, field=Field(*mixed.tolist())), COARSE, law)
+    if best is None or best.change > _UNSETTLED:
+        raise NotCoveredError(f"{REACH}; here the mean field of the cycles does not settle: the memory is too strong.")
+    return best if closed else _law(replace(problem, field=_field(best)), like=best)
+
+
+def _field(law: Balance) -> Field:
+    """The averages of a law."""
+    problem, cycles = law.problem, law.cycles
+    mean, decay = law.average(cycles.mean), law.input_power / (2.0 * law.average(cycles.v_square))
+    width = decay / law.average(np.sqrt(np.maximum(cycles.arc, 0.0)))
+    lossy = any(not wall.is_elastic for wall in problem.unit.walls.values())
+    taken = law.taken if lossy else 1.0
+    diffusion, kept = _diffusion(law.rates.action, law.weight, law.strength)
+    rate, squares = diffusion.spectrum(cycles.mean[kept])
+    variance = float(squares.sum())
+    # between two walls the mean of a growing cycle turns back at the second one: worse with such a spring than without
+    if problem.walls == 2 or variance <= _STILL[not problem.closed] * law.average(cycles.x_square):
+        return Field(0.0, mean, width, 0.0, taken)
+    whole = law.average(_broadened(replace(problem, field=replace(problem.field, extra=decay)), cycles))
+    springpots = [(springpot.order, springpot.coefficient) for springpot in problem.springpots]
+    stiffness, share = slow_line(springpots, rate, squares, law.average(cycles.frequency), whole)
+    return Field(stiffness, mean, width, share * decay, taken)
+
+
+def _broadened(problem: Problem, cycles: Cycles) -> Floats:
+    """Power that springpots take because the harmonics are lines of finite width, beyond that of an arc.
+
+    The width comes from the decay of the amplitude's correlation.  The part due to impacts is not power of the
+    springpot, so the correction is reduced in short flights from a lossy wall.
+    """
+    found, w1, field = np.zeros_like(cycles.period), cycles.frequency, problem.field
+    if field.extra == 0.0:
+        return found
+    arc = np.maximum(cycles.arc, 1e-300)
+    for springpot in problem.springpots:
+        whole = (
+            0.25
+            * springpot.coefficient
+            * math.cos(springpot.order * math.pi / 2.0)
+            * (1.0 - springpot.order)
+            * field.extra
+        )
+        lines = w1 * w1 / arc * cycles.sum_of(2.0 + springpot.order) - cycles.sum_of(springpot.order)
+        found = found + whole * w1**springpot.order * lines
+    counts = field.taken ** (_SHORT * np.maximum(1.0 - 2.0 * np.sqrt(arc) / w1, 0.0))
+    return np.asarray(np.maximum(found * counts, 0.0))
+
+
+def _rates(problem: Problem, cycles: Cycles) -> _Rates:
+    unit, w1, beside = problem.unit, cycles.frequency, cycles.beside(problem)
+    linear, action = problem.damping * cycles.v_square, cycles.period * cycles.v_square + beside.action
+    for springpot in problem.springpots:
+        a = springpot.order
+        power = 0.5 * springpot.coefficient * math.sin(a * math.pi / 2.0) * w1 ** (1.0 + a) * cycles.sum_of(1.0 + a)
+        linear = linear + power
+        # Whitham's: its change is that of the stored energy over w1
+        action = action - 0.5 * math.pi * a * problem.in_phase(springpot) * w1 ** (a - 1.0) * cycles.sum_of(a)
+    wide = _broadened(problem, cycles)
+    spread = problem.white * cycles.v_square + 2.0 * unit.temperature * (linear + wide) + beside.spread
+    plain = linear + beside.loss
+    loss, struck = plain + wide, []
+    for name, stop in unit.stops.items():
+        speed, before = cycles.speed_at(problem, stop.position - problem.origin), np.ones_like(loss)
+        r: float | Floats = 1.0
+        if wall := unit.walls.get(name):
+            r, before = after_impact(problem, wall, speed, plain, cycles)
+            loss = loss + 0.5 * before * np.nan_to_num(speed) ** 2 * (1.0 - r**2) / cycles.period
+        struck.append(Struck(speed, r, before))
+    return _Rates(loss, plain + wide, beside.electric, spread, action, tuple(struck))
+
+
+def _range(problem: Problem, ladder: Ladder) -> tuple[float, float, float] | str:
+    """The least and largest label of interest and their typical size, or why there is no stationary state."""
+    low, high = _LOWEST, _HIGHEST
+    for count in (361, 241, 241):
+        decades = np.linspace(low, high, count)
+        label = 10.0**decades
+        with np.errstate(all="ignore"):
+            cycles = ladder.cycles(problem, label, COARSE)
+            rates = _rates(problem, cycles)
+            slope = 2.0 * rates.loss / (rates.spread * cycles.period)
+            known = np.isfinite(slope) & np.isfinite(rates.action) & (rates.action > 0.0)
+        if not np.any(known):
+            raise NotCoveredError(f"{REACH}; here the energies are beyond double precision.")
+        label, decades, slope, action = label[known], decades[known], slope[known], rates.action[known]
+        fall = np.r_[0.0, np.cumsum(0.5 * (slope[1:] + slope[:-1]) * np.diff(action))]
+        near = np.log(action) - fall
+        far = near + np.log(label)
+        first = int(np.argmax(near > near.max() - _FAR_IN_WELL))
+        last = label.size - 1 - int(np.argmax((far > far.max() - _FAR_IN_WELL)[::-1]))
+        if last == label.size - 1 and (high == _HIGHEST or far[-1] > far.max() - 0.5 * _FAR_IN_WELL):
+            if problem.multiplied > 0.0:
+                return "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
+            return "There is no stationary state: nothing dissipates energy, so it grows without end."
+        typical = float(np.exp(np.average(np.log(label), weights=np.exp(near - near.max()))))
+        low, high = float(decades[max(first - 1, 0)]), float(decades[min(last + 1, decades.size - 1)])
+    return 10.0**low, 10.0**high, typical
+
+
+def _law(problem: Problem, size: tuple[int, int] = FINE, like: Balance | None = None) -> Balance | str:
+    """The stationary law in a given mean field, found from that in a similar one."""
+    if problem.closed:
+        return _law_of_arcs(problem, like.range[0] if like else _first_reach(problem))
+    ladder = ladder_of(problem)
+    found = like.range if like else _range(problem, ladder)
+    if isinstance(found, str):
+        return found
+    before = like.cycles if like and isinstance(like.cycles, CyclesInWell) else None
+    labels, cycles = ladder.grid(problem, found, size, before)
+    law = _law_on(problem, labels, cycles, found)
+    if not np.all(np.isfinite(law.weight)):
+        raise NotCoveredError(f"{REACH}; here cycles and their own stiffness do not settle: the memory is too strong.")
+    signed = law.weight / law.measure * labels.derivative(law.rates.action)
+    if np.any(signed < -1e-6 * np.abs(signed).sum()):
+        raise NotCoveredError(f"{REACH}; here cycles of different size cross: the memory is too strong.")
+    return law
+
+
+def _law_of_arcs(problem: Problem, reach: float) -> Balance:
+    """The law of the paper's problem, with arcs as far as its density reaches."""
+    short, long = 0.0, math.inf  # reaches that were too short and too long
+    while True:
+        law = _law_on(problem, *arcs_up_to(problem, reach), (reach,))
+        fall = float(law.fall[-1] - law.fall[0])
+        # with a far wall, cycles with impacts may be too long and those without too short
+        if 0.9 * _FAR < fall < 1.3 * _FAR or (fall > _FAR and long < 1.001 * short) or not math.isfinite(fall):
+            return law
+        short, long = (max(reach, short), long) if fall < _FAR else (short, reach)
+        if short > 0.0 and long < math.inf:
+            reach = long if long < 1.001 * short else math.sqrt(short * long)
+        else:
+            reach *= math.sqrt(min(max(1.05 * _FAR / max(fall, 1e-9), 0.05), 10.0))
 
 
 def _first_reach(problem: Problem) -> float:
     """Estimate of the largest amplitude of interest, from light damping at b = 0."""
-    c, r, b = problem.coefficient, problem.restitution, problem.position
-    damping = c * problem.out_of_phase + (2.0 / math.pi) * (1.0 - r * r) / (1.0 + r * r)
+    damping, b = problem.damping, problem.potential.low
+    for springpot in problem.springpots:
+        damping += springpot.coefficient * math.sin(springpot.order * math.pi / 2.0)
+    for wall in problem.unit.walls.values():
+        r = restitution_at(wall, 0.0)
+        damping += (2.0 / math.pi) * (1.0 - r * r) / (1.0 + r * r)
     reach = math.sqrt(_FAR / damping)
     if b > 0.0:  # the energy above the preload is b h rather than h^2 / 2
         return min(reach, 1.5 * _FAR / (damping * b))
     return reach
 
 
-def _next(mix: Anderson, old: Closure, new: Closure, part: float) -> Closure:
-    """The next point of the iteration; ``part`` is below 1 where whole steps do not converge.
-
-    If the accelerated step gives inadmissible numbers, the plain step is taken.
-    """
-    here, there = np.array(astuple(old)), np.array(astuple(new))
-    k0, _, decay, frequency, share, taken = following = mix.part_of_step(here, there, part)
-    if k0 < 0.0 or min(decay, frequency) <= 0.0 or not (0.0 <= share <= 1.0 and 0.0 <= taken <= 1.0):
-        following = here + part * (there - here)
-    return Closure(*following.tolist())
-
-
-def _distance(old: Closure, new: Closure) -> float:
-    """Largest change; relative for numbers above 1."""
-    changes = ((abs(b - a), max(1.0, abs(b))) for a, b in zip(astuple(old), astuple(new), strict=True))
-    return max(float(change / size) for change, size in changes)
-
-
-def _labels(clearance: float, reach: float) -> Labels:
-    """Panels for cycles up to about ``reach``; ``clearance`` is the grazing amplitude, negative for a preload."""
-    clear = np.zeros(0)
-    amplitude = 0.0
-    if clearance > 0.0:
-        amplitude = min(clearance, reach)
-        wide = amplitude > 0.2 * reach
-        clear = np.array([-1.0, -0.9, -0.8, -0.7, -0.55, -0.33] if wide else [-1.0, -0.6])
-    if clearance >= reach:
-        return Labels(np.r_[clear, 0.0], clear.size, amplitude)
-    largest = math.sqrt(max(reach - clearance, 0.3 * reach) if clearance > 0.0 else reach)
-    smallest = max(0.35 * math.sqrt(2.0 * max(clearance, 0.0)), largest * 0.5 ** (_STRIKING_PANELS - 1))
-    strike = np.geomspace(min(smallest, 0.3 * largest), largest, _STRIKING_PANELS)
-    return Labels(np.r_[clear, 0.0, strike], clear.size, amplitude)
-
-
-def _sweep(problem: Problem, closure: Closure, reach: float) -> Balance:
-    """Every cycle for one closure."""
-    alpha, c, b, r = problem.order, problem.coefficient, problem.position, problem.restitution
-    k0, m = closure.slow_stiffness, closure.mean
-    cycles, slow_share = _mean_field(problem, closure)
-    rest = slow_share * m  # position of rest without impacts
-    labels = _labels(rest - b, reach)
-    label = labels.nodes.ravel()
-    first = labels.clear * _NODES  # the first node of a striking cycle
-    p, a = _shape(cycles, labels, label, first, b - rest, slow_share)
-    w = cycles.frequency(p)
-    w1 = math.pi * w / p
-    k1 = np.maximum(w * w - 1.0, 0.0)
-    bulge = a * np.sinc(p / math.pi) * (1.0 + k1)
-    bulge[:first] = 0.0
-    mean = (bulge + k0 * m) / (1.0 + k0)
-    centre = mean - a * np.sinc(p / math.pi)
-    centre[:first] = rest
-    wave = a * a * harmonic_sum(p, 0.0)
-    x_square = mean**2 + wave / 2.0
-    v_square = 0.5 * (w * a) ** 2 * missing_sinc(2.0 * p)
-    speed = w * a * np.sin(p)
-    speed[:first] = 0.0
-    rate = w1 / (2.0 * math.pi)
-    rate[:first] = 0.0
-    dashpot = 0.5 * c * problem.out_of_phase * w1 ** (1.0 + alpha) * a * a * harmonic_sum(p, 1.0 + alpha)
-    before = before_impact(dashpot / v_square * 2.0 * p / w, r)
-    dissipation = dashpot + closure.share * _broadening(problem, closure, p, a, w, w1)
-    lost = dissipation + rate * 0.5 * (1.0 - r * r) * before * speed**2
-    plain = v_square / w1
-    action = plain - 0.25 * alpha * k1 * wave / w1  # Whitham's: dJ is the change of the stored energy over w1
-    measure, area = (np.maximum(labels.derivative(each), 1e-12 * each) for each in (action, plain))
-    fall = labels.integral(2.0 * lost / v_square * w1 * measure)
-    density = np.exp(fall.min() - fall) * measure
+def _law_on(problem: Problem, labels: Labels, cycles: Cycles, found: tuple[float, ...]) -> Balance:
+    """The stationary law on these cycles."""
+    rates = _rates(problem, cycles)
+    measure = np.maximum(labels.derivative(rates.action), 1e-12 * rates.action)
+    fall = labels.integral(2.0 * rates.loss / (rates.spread * cycles.period) * measure)
+    fall = fall - fall.min()
+    density = np.exp(-fall) * measure
     weight = labels.weights.ravel() * density
-    total = weight.sum()
-    mobility = v_square / (2.0 * w1 * w1 * action)
-    return Balance(
+    law = Balance(
         problem=problem,
-        closure=closure,
         labels=labels,
-        steps=0,
-        change=math.inf,
-        phase=p,
-        amplitude=a,
-        frequency=w,
-        centre=centre,
-        mean=mean,
-        x_square=x_square,
-        v_square=v_square,
-        dissipation=dissipation,
-        rate=rate,
-        speed=speed,
-        before=before,
-        action=action,
+        cycles=cycles,
+        range=found,
+        rates=rates,
         measure=measure,
-        weight=weight / total,
-        area=area / measure,
-        fall=fall - fall.min(),
-        mobility=mobility,
-        density=density / total,
-        diffusion=make_energy_diffusion(action, weight, np.exp(fall.min() - fall) * mobility),
+        weight=weight / weight.sum(),
+        plane=weight / weight.sum(),
+        fall=fall,
+        density=density / weight.sum(),
+        mobility=0.5 * rates.spread * cycles.period**2 / rates.action,
     )
-
-
-def _mean_field(problem: Problem, closure: Closure) -> tuple[Cycles, float]:
-    """The cycles' frequencies, and k0 / (1 + k0)."""
-    alpha, k0 = problem.order, closure.slow_stiffness
-    broadened = problem.in_phase - (1.0 - alpha) * closure.decay / closure.frequency * problem.out_of_phase
-    return make_cycles(alpha, problem.coefficient * max(broadened, 0.0)), k0 / (1.0 + k0)
-
-
-def _shape(
-    cycles: Cycles, labels: Labels, label: Floats, first: int, above_rest: float, slow_share: float
-) -> tuple[Floats, Floats]:
-    """Phase and amplitude of the cycles with these labels."""
-    p = np.full(label.size, math.pi)
-    a = np.empty(label.size)
-    a[:first] = labels.clear_amplitude * (1.0 + label[:first])
-    if first < label.size:
-        height = 2.0 * labels.clear_amplitude + label[first:] ** 2
-        p[first:] = cycles.phase_at(np.maximum(above_rest / height, -0.5), slow_share)
-        a[first:] = height / (2.0 * np.sin(p[first:] / 2.0) ** 2)
-    return p, a
-
-
-def missing_sinc(angle: Floats) -> Floats:
-    """1 - sin(angle) / angle, without cancellation."""
-    small = angle**2 / 6.0 * (1.0 - angle**2 / 20.0)
-    return np.where(angle < 0.01, small, 1.0 - np.sinc(angle / math.pi))
-
-
-def before_impact(damping: Floats, r: float) -> Floats:
-    """Energy before an impact over the mean energy between two impacts.
-
-    With damping d and period T the energy H grows towards q / 2d, from r^2 times its value before the impact: the ratio
-    is (1 - E) / (1 - r^2 E) over 1 - (1 - r^2) (1 - E) / ((1 - r^2 E) d T), with E = e^(-d T); 2 / (1 + r^2) undamped.
-    """
-    if r == 1.0:
-        return np.ones_like(damping)
-    z = np.maximum(damping, 1e-12)
-    gone = -np.expm1(-z)
-    # (z - gone) / z^2, without cancellation
-    lag = np.where(z < 1e-3, 0.5 - z / 6.0, (z - gone) / z**2)
-    return np.asarray(gone / (z * ((1.0 - r * r) * lag + r * r * gone / z)))
-
-
-def _broadening(problem: Problem, closure: Closure, p: Floats, a: Floats, w: Floats, w1: Floats) -> Floats:
-    """Extra power that the springpot dissipates because the harmonics are lines of finite width.
-
-    The width comes from the decay of the amplitude's correlation.  The part due to impacts is not power of the
-    springpot, so the correction is reduced in short flights from a lossy wall.
-    """
-    alpha = problem.order
-    if alpha == 1.0 or closure.decay == 0.0:
-        return np.zeros_like(p)
-    sums = (w1 / w) ** 2 * harmonic_sum(p, 2.0 + alpha) - harmonic_sum(p, alpha)
-    whole = 0.25 * problem.coefficient * problem.in_phase * (1.0 - alpha) * closure.decay
-    counts = closure.taken ** (_SHORT * np.maximum(1.0 - 2.0 * p / math.pi, 0.0))
-    return np.asarray(np.maximum(whole * counts * w1**alpha * a * a * sums, 0.0))
-
-
-def _close(b: Balance) -> Closure:
-    """The averages of the cycles of a sweep."""
-    alpha, c = b.problem.order, b.problem.coefficient
-    decay = 1.0 / (4.0 * b.average(b.v_square))
-    frequency = b.average(b.frequency)
-    mean = b.average(b.mean)
-    taken = 1.0 if b.problem.restitution == 1.0 else min(b.taken, 1.0)
-    plain = Closure(0.0, mean, decay, frequency, 0.0, taken)
-    if alpha == 1.0 or c == 0.0:
-        return plain
-    kept = np.isin(b.action, b.diffusion.action)
-    rates, squares = b.diffusion.spectrum(b.mean[kept])
-    variance = float(squares.sum())
-    if variance <= _STRUCK * b.from_origin(max(b.problem.position, 0.0))[1]:
-        return plain
-    extra = b.average(
-        _broadening(b.problem, b.closure, b.phase, b.amplitude, b.frequency, math.pi * b.frequency / b.phase)
-    )
-    slow_stiffness, share = slow_line([(alpha, c)], rates, squares, b.fundamental, extra)
-    return Closure(slow_stiffness, mean, decay, frequency, share, taken)
+    # between two walls, of which a cycle may strike both, rates per action are better
+    if problem.walls != 1 or not law.is_struck:
+        return law
+    plane = law.weight * law.area
+    return replace(law, plane=plane / plane.sum())
 
 
 def slow_line(
@@ -567,11 +523,3 @@ def saturated(y: Floats, power: float) -> Floats:
     high = np.minimum(power * log, 700.0)
     near = np.abs(log) < 1e-9
     return np.where(near, 1.0 / power, np.expm1(log) / np.where(near, 1.0, np.expm1(high)))
-
-
-_X, _W = legendre.leggauss(_NODES)
-_WEIGHTS = _W / 2.0
-_TO_LEGENDRE = np.linalg.inv(legendre.legvander(_X, _NODES - 1))
-_UNIT = np.eye(_NODES)
-_DERIVATIVE = 2.0 * legendre.legval(_X, legendre.legder(_UNIT)).T @ _TO_LEGENDRE
-_INTEGRAL = 0.5 * legendre.legval(_X, legendre.legint(_UNIT, lbnd=-1)).T @ _TO_LEGENDRE

@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
-from springpot.theory.methods.envelope.balance import Balance, missing_sinc
+from springpot.theory.methods.envelope.arcs import Arcs, Heights, arcs_at, missing_sinc
+from springpot.theory.methods.envelope.balance import Balance
 from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.numerics.tabulated import Tabulated, signed_root
 
@@ -93,6 +94,10 @@ class Portrait:
     Parameters
     ----------
     balance : Balance
+    labels : Heights
+        Those of the balance.
+    wall, origin : float
+        The place of the wall, -inf without one; that of rest without impacts, or the wall if every cycle has impacts.
     edges : ndarray
         Ends of the panels of the label, from rest to the last label of interest.
     clear : int
@@ -109,6 +114,9 @@ class Portrait:
     """
 
     balance: Balance
+    labels: Heights
+    wall: float
+    origin: float
     edges: Floats
     clear: int
     series: Floats
@@ -159,7 +167,7 @@ class Portrait:
     def x(self) -> Tabulated:
         """Density of the displacement."""
         left, right, back, out = self.ends
-        wall = self.balance.problem.position
+        wall = self.wall
         corner = 0.0 if math.isinf(wall) else wall
         grid = _grid(left, right, corner)
         v, weight = _cross(0.0, out)
@@ -186,7 +194,7 @@ class Portrait:
 
     def energy(self, kappa: float) -> Tabulated:
         """Density of (x^2 + kappa v^2) / 2, as a function of the root of x^2 + kappa v^2."""
-        wall = self.balance.problem.position
+        wall = self.wall
         left, right, back, out = self.ends
         farthest = math.hypot(max(abs(left), abs(right)), math.sqrt(kappa) * max(-back, out))
         # where the circle first meets the wall
@@ -221,14 +229,14 @@ class Portrait:
         label = np.concatenate([np.linspace(*pair, 8) for pair in itertools.pairwise(self.edges)])
         cycles = self.shapes(label)
         return (
-            max(self.balance.problem.position, float(np.min(cycles.top - 2.0 * cycles.a))),
+            max(self.wall, float(np.min(cycles.top - 2.0 * cycles.a))),
             float(np.max(cycles.top)),
             float(np.max(cycles.w * cycles.a * np.sin(np.minimum(cycles.phase, math.pi / 2.0)))),
         )
 
     def _height(self, label: Floats) -> Floats:
         """Density in the plane on the cycle, without the Jacobian."""
-        fall = self.balance.labels.interpolate(self.balance.fall[:, None], label)[..., 0]
+        fall = self.labels.interpolate(self.balance.fall[:, None], label)[..., 0]
         return np.asarray(np.exp(-fall) * self.ratio(label) / self.total)
 
     @cached_property
@@ -243,13 +251,13 @@ class Portrait:
         series, slopes = (np.moveaxis(each[panel], 0, -1) for each in (self.series, self._slopes))
         w, share = chebyshev.chebval(place, series, tensor=False)
         w_slope, share_slope = chebyshev.chebval(place, slopes, tensor=False) / half
-        least, strikes = self.balance.labels.clear_amplitude, panel >= self.clear
+        least, strikes = self.labels.clear_amplitude, panel >= self.clear
         above = np.where(strikes, label * label, least * label)
         slope = np.where(strikes, 2.0 * label, least)
         height = np.sqrt(np.maximum(least + above / 2.0, 0.0))
         beyond = np.sqrt(np.maximum(self.base - least + above * (share - 0.5), 0.0))
         return Shapes(
-            top=self._origin + least + above,
+            top=self.origin + least + above,
             a=np.where(strikes, self.base, least) + above * share,
             w=w,
             top_slope=slope,
@@ -257,12 +265,6 @@ class Portrait:
             w_slope=w_slope,
             phase=np.where(strikes, 2.0 * np.arctan2(height, beyond), math.pi),
         )
-
-    @cached_property
-    def _origin(self) -> float:
-        """Position of rest without impacts; the wall, if every cycle has impacts."""
-        clear = self.balance.labels.clear_amplitude > 0.0
-        return float(self.balance.centre[0]) if clear else self.balance.problem.position
 
     def _label(self, x: Floats, v: Floats) -> Floats:
         """Label of the cycle through each point: first its panel, then Newton's method within brackets."""
@@ -303,7 +305,11 @@ def portrait(balance: Balance, ratio: Callable[[Floats], Floats] = np.ones_like)
     >>> float(half_normal.density(np.array(1.0)).round(4))  # sqrt(2 / pi) e^(-1/2)
     0.4839
     """
-    labels = balance.labels
+    labels, wall = balance.labels, balance.problem.potential.low
+    assert isinstance(labels, Heights)
+    assert isinstance(balance.cycles, Arcs)
+    origin = float(balance.cycles.centre[0]) if labels.clear_amplitude > 0.0 else wall
+    empty = Portrait(balance, labels, wall, origin, labels.edges, labels.clear, np.zeros(0), 0.0, ratio, 1.0)
     likely = np.flatnonzero(balance.density > math.exp(-_UNLIKELY) * balance.density.max())
     last = float(labels.nodes.ravel()[likely[-1]])
     strikes = labels.edges[labels.clear + 1 :]
@@ -312,24 +318,25 @@ def portrait(balance: Balance, ratio: Callable[[Floats], Floats] = np.ones_like)
         edges = np.unique(np.r_[labels.edges[: labels.clear + 1], finer, strikes])
         edges = edges[(edges <= 0.0) | (edges >= first)]
         edges = np.r_[edges[edges < last], last]
-        candidate = _outlines(balance, edges, ratio)
+        candidate = _outlines(empty, edges)
         if candidate.nested:
             return candidate.normalized()
     raise NotCoveredError("The envelope has densities only if cycles of different size do not cross; here they cross.")
 
 
-def _outlines(balance: Balance, edges: Floats, ratio: Callable[[Floats], Floats]) -> Portrait:
+def _outlines(empty: Portrait, edges: Floats) -> Portrait:
     """The cycles on these panels, continuous at their ends; on the first panel with impacts A - base is const. e."""
-    clear = min(balance.labels.clear, edges.size - 1)
+    labels, problem = empty.labels, empty.balance.problem
+    clear = min(labels.clear, edges.size - 1)
     places = chebyshev.chebpts2(_DEGREE + 1)
     label = edges[:-1, None] + np.diff(edges)[:, None] * (places + 1.0) / 2.0
-    base = balance.labels.clear_amplitude
+    base = labels.clear_amplitude
     w, share = np.empty(label.shape), np.ones(label.shape)
     if clear:
-        w[:clear] = balance.cycle(np.array([-1.0]), 1)[1]
+        w[:clear] = arcs_at(problem, labels, np.array([-1.0]), 1)[2]
     if clear < edges.size - 1:
         strike = np.r_[edges[clear + 1], label[clear + 1 :].ravel()]
-        a, frequency = balance.cycle(strike, 0)
+        _, a, frequency = arcs_at(problem, labels, strike, 0)
         if clear == 0 and a[0] > 2.0 * strike[0] ** 2:  # a preload: the shorter the flight, the nearer to a parabola
             base = float(a[0])
         excess = (a - base) / strike**2
@@ -338,7 +345,8 @@ def _outlines(balance: Balance, edges: Floats, ratio: Callable[[Floats], Floats]
         w[clear] = start + (frequency[0] - start) * ((places + 1.0) / 2.0) ** 2
         w[clear + 1 :] = frequency[1:].reshape(-1, places.size)
     to_series = np.linalg.inv(chebyshev.chebvander(places, _DEGREE)).T
-    return Portrait(balance, edges, clear, np.stack([w @ to_series, share @ to_series], axis=-1), base, ratio, 1.0)
+    series = np.stack([w @ to_series, share @ to_series], axis=-1)
+    return replace(empty, edges=edges, clear=clear, series=series, base=base)
 
 
 def _grid(low: float, high: float, corner: float) -> Floats:

@@ -13,31 +13,39 @@ N = (1 - K_r)^-1 (1 - K_1) N_1, scaled so that the energy loss per unit of time 
 
 The limit t_c is a choice: at c = 0.01, r = 0.5, one third of the half period, the turning point and the half period
 give 18, 24 and 31 % more impacts than the cycles; simulations 21 % (and a few slow ones that their step misses).
+Between two walls a return counts as short up to 3/8 of the flight to the next impact, which at order 1, r = 0.8 and c
+from 0.1 to 1 gives rates within 2 % of Monte Carlo.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
-from scipy import special
+from scipy import optimize, special
 from scipy.interpolate import PchipInterpolator
 
 from springpot.machine.arrays import Floats
-from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
+from springpot.problem.parts import Barrier
+from springpot.problem.parts.walls import slow_restitution
+from springpot.theory.mckean import slow_impact_power
 from springpot.theory.methods.envelope.balance import Balance
+from springpot.theory.methods.envelope.walls import is_endless, restitutions
 
 _POINTS_PER_DECADE = 15
 _DECADES = 14  # range of speeds: very slow impacts matter with a lossy wall
 _CUT = 1  # decades at the slow end of the grid that are replaced by the power law
+_RETURN, _RETURN_UNCORRECTED = 0.5, 0.375  # of a flight: longer returns are due to springs, or end at the other wall
+_STEEPEST = 4.0  # largest power of the tilt of impact speeds
 _TABLE = 240  # equidistant speeds at which the density is tabulated, in addition to the grid
 
 
 @dataclass(frozen=True)
 class Impacts:
-    """The flux of impacts; dimensionless.
+    """The flux of impacts on one wall or contact; NaN where they are infinitely many.
 
     Parameters
     ----------
@@ -46,44 +54,71 @@ class Impacts:
     speed_mean, speed_mean_square : float
         Of the speed just before an impact.
     speeds, density : ndarray
-        Density of these speeds on a grid from 0.
+        Density of these speeds on a grid from 0; empty where it is not known.
     """
 
     rate: float
     speed_mean: float
     speed_mean_square: float
-    speeds: Floats
-    density: Floats
+    speeds: Floats = field(default_factory=partial(np.zeros, 0))
+    density: Floats = field(default_factory=partial(np.zeros, 0))
 
 
-def impacts(balance: Balance) -> Impacts | None:
-    """The impacts of a converged balance; None without impacts, or with infinitely many.
+def impacts(law: Balance) -> list[Impacts]:
+    """The impacts of a law on each wall and contact, in the order of the parts.
+
+    A wall takes momentum and energy by the probability of cycles per action, and is crossed as often as by that per
+    area of the plane of x and v.
 
     Examples
     --------
     >>> from springpot.theory.methods.envelope.balance import balance
     >>> from springpot.theory.problem import Problem
-    >>> flux = impacts(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0)))
+    >>> (flux,) = impacts(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0)))
     >>> round(flux.rate * math.pi, 4), round(flux.speed_mean_square, 3)
     (1.0, 2.0)
     """
-    r = balance.problem.restitution
-    if r <= COLLAPSE_BELOW or balance.average(balance.rate) <= 1e-15:
-        return None
-    balance = balance.per_area
-    before = np.sqrt(balance.before) * balance.speed
-    first = balance.labels.clear * (balance.action.size // (balance.labels.edges.size - 1))
-    strike = slice(first, None)
-    speed = before[strike]
-    flux = (balance.density * balance.rate)[strike] / balance.labels.derivative(before)[strike]
-    rising = (np.diff(np.maximum.accumulate(speed), prepend=0.0) > 0.0) & (flux > 0.0)
-    rising &= (balance.measure > 1e-9 * balance.action)[strike]  # not where cycles cross
-    per_impact = tuple(balance.average(balance.rate * before**power) for power in (0, 1, 2))
+    unit, period, found = law.problem.unit, law.cycles.period, []
+    reached = np.sum([np.isfinite(stop.speed) for stop in law.rates.struck], axis=0)
+    for name, (speed, _, before) in zip(unit.stops, law.rates.struck, strict=True):
+        wall, fast = unit.walls.get(name), np.sqrt(before) * np.nan_to_num(speed)
+        often = np.isfinite(speed) / period
+        rate, *per_area = (float(law.plane @ (often * fast**power)) for power in (0, 1, 2))
+        if not rate > 0.0:
+            found.append(Impacts(rate, math.nan, math.nan))
+            continue
+        if wall and is_endless(unit, wall):
+            found.append(Impacts(math.nan, math.nan, math.nan))
+            continue
+        first, second = (law.average(often * fast**power) for power in (1, 2))
+        flux, slope = law.plane / law.labels.weights.ravel() * often, law.labels.derivative(fast)
+        rising = np.isfinite(speed) & (slope > 0.0) & (flux > 0.0) & (law.measure > 1e-9 * law.rates.action)
+        rising &= np.diff(np.maximum.accumulate(fast), prepend=0.0) > 0.0
+        if not wall or not law.problem.white > 0.0 or np.count_nonzero(rising) < 4:
+            found.append(Impacts(rate, first / rate, second / rate))
+            continue
+        part = _RETURN if len(law.rates.struck) == 1 else _RETURN_UNCORRECTED
+        # the time of the longest short return, in units in which the noise has the intensity 1
+        short = law.problem.white * part * period / np.maximum(reached, 1)
+        made = with_short_returns(
+            fast[rising],
+            flux[rising] / slope[rising],
+            partial(_interpolated, speed[rising], short[rising]),
+            partial(_rebound, wall),
+            slow_impact_power(slow_restitution(wall)),
+            (rate, *per_area),
+        )
+        per_action = made.speed_mean * first / per_area[0], made.speed_mean_square * second / per_area[1]
+        found.append(with_moments(made, made.rate, *per_action))
+    return found
 
-    def turning(v: Floats) -> Floats:
-        return np.interp(v, balance.speed[strike], (balance.phase / balance.frequency)[strike])
 
-    return with_short_returns(speed[rising], flux[rising], turning, lambda v: r * v, slow_impact_power(r), per_impact)
+def _interpolated(known: Floats, values: Floats, place: Floats) -> Floats:
+    return np.asarray(np.interp(place, known, values))
+
+
+def _rebound(wall: Barrier, speed: Floats) -> Floats:
+    return restitutions(wall, speed) * speed
 
 
 def with_short_returns(
@@ -163,3 +198,36 @@ def _short_returns(u: Floats, v0: Floats, limit: Floats) -> Floats:
     late = np.exp(-a / limit) * special.erf(np.sqrt(b / limit))
     early = np.sqrt(b / (a + b)) * special.erfc(np.sqrt((a + b) / limit))
     return np.asarray(math.sqrt(3.0) * u / (math.pi * a) * (late + early))
+
+
+def with_moments(struck: Impacts, rate: float, mean: float, square: float) -> Impacts:
+    """With another rate, and another mean and mean square of the speed."""
+    if not struck.speeds.size:
+        return Impacts(rate, mean, square)
+    u = struck.speeds
+    mass = struck.density * np.gradient(u)
+    size = u / struck.speed_mean
+
+    def moments(power: float) -> tuple[float, float]:
+        weight = mass * (1.0 + size) ** power
+        return float(weight @ u / weight.sum()), float(weight @ u**2 / weight.sum())
+
+    first, second = moments(0.0)  # where cycles cross, these differ slightly from those of the cycles
+    wider = square / struck.speed_mean_square / (mean / struck.speed_mean) ** 2
+    power = matched(moments, second / first**2 * wider, -_STEEPEST, _STEEPEST)
+    stretch, tilt = mean / struck.speed_mean * first / moments(power)[0], (1.0 + size) ** power
+    density = struck.density * tilt * mass.sum() / (mass @ tilt) / stretch
+    return Impacts(rate, mean, square, u * stretch, density)
+
+
+def matched(moments: Callable[[float], tuple[float, float]], ratio: float, low: float, high: float) -> float:
+    """Power at which the mean square over the square of the mean is this ratio; the nearest, if none does that."""
+
+    def excess(power: float) -> float:
+        mean, square = moments(power)
+        return square / mean**2 - ratio
+
+    ends = excess(low), excess(high)
+    if ends[0] * ends[1] > 0.0:
+        return low if abs(ends[0]) < abs(ends[1]) else high
+    return float(optimize.brentq(excess, low, high, xtol=1e-10))

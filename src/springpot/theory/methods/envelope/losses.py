@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -37,11 +36,13 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import Barrier, Dashpot, Spring, WhiteNoise
 from springpot.problem.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW
+from springpot.theory.methods.envelope.arcs import Arcs
 from springpot.theory.methods.envelope.balance import Balance, Stretch, balance
-from springpot.theory.methods.envelope.impacts import Impacts, impacts
+from springpot.theory.methods.envelope.impacts import Impacts, impacts, matched, with_moments
+from springpot.theory.methods.envelope.walls import is_smooth
 from springpot.theory.methods.fokker_planck.method import fokker_planck
 from springpot.theory.numerics.panels import panel_rule
-from springpot.theory.problem import Problem
+from springpot.theory.problem import Problem as PaperProblem
 
 FILE = Path(__file__).with_name("losses.npz")
 DAMPINGS = np.array([0.003, 0.01, 0.03, 0.08, 0.2, 0.45, 1.0, 2.0, 4.0])
@@ -51,7 +52,6 @@ PRELOADS = np.array([0.0, 0.3, 0.6, 0.9, 1.2, 1.6, 2.0, 2.5, 3.0, 3.5, 4.0])
 """Nodes of the tables: d, r and asinh u; <y> and <y^2> have a kink at u = 0, so each side has a table."""
 
 _CANCELLED = 1e-3  # largest relative error of a moment that is used
-_STEEPEST = 4.0  # largest power of the tilt of impact speeds
 _PHASES = 24
 _SOFT = 0.6  # width of the transition between outgoing and incoming velocities, in standard deviations of v
 _V_SKEW = 2.0 / 3.0
@@ -84,33 +84,68 @@ class Ratios:
 _SAME = Ratios(1.0, 1.0, 1.0, 1.0, 1.0)
 
 
-def changed(settled: Balance, struck: Impacts | None) -> tuple[Balance, Impacts | None]:
-    """The balance, per area of the plane, and the impacts of an envelope, with means of x per action and sudden losses.
+def changed(law: Balance, struck: list[Impacts]) -> tuple[Balance, tuple[float, float, float], list[Impacts]]:
+    """The law, its moments and its impacts with the correction for sudden losses: one lossy wall, and white noise.
+
+    The moments are mean and mean square of x - origin, and mean square of v.  Of the paper's problem the cycles get the
+    corrected means too.
 
     Examples
     --------
-    >>> plain = balance(Problem(order=1.0, coefficient=0.2, position=0.0, restitution=0.8))
-    >>> better, struck = changed(plain, impacts(plain))
-    >>> parts = Spring(1.0), Dashpot(0.2), WhiteNoise(1.0), Barrier(restitution=0.8)
-    >>> lossy = fokker_planck(System(*parts))
-    >>> bool(abs(struck.rate / lossy.impact_rate - 1.0) < 0.002)
+    >>> from springpot.theory.methods.envelope.impacts import impacts
+    >>> plain = balance(PaperProblem(order=1.0, coefficient=0.2, position=0.0, restitution=0.8))
+    >>> _, _, (hit,) = changed(plain, impacts(plain))
+    >>> lossy = fokker_planck(System(Spring(1.0), Dashpot(0.2), WhiteNoise(1.0), Barrier(restitution=0.8)))
+    >>> bool(abs(hit.rate / lossy.impact_rate - 1.0) < 0.002)
     True
     """
-    r, order = settled.problem.restitution, settled.problem.order
-    if settled.average(settled.rate) <= 1e-15 or (r == 1.0 and order == 1.0):
-        return settled, struck
-    ratios = _SAME if r == 1.0 else sudden_losses(*_coordinates(settled), settled.taken)
-    better = _balance(settled, ratios)
-    if struck is None:
-        return better, None
-    # the wall takes momentum and energy from each cycle; at every order it takes the momentum that the spring gives
-    pushed = settled.rate * np.sqrt(settled.before) * settled.speed
-    lost = settled.rate * settled.before * settled.speed**2
-    speed = settled.average(pushed) / settled.per_area.average(pushed)
-    if r < 1.0:
-        speed = better.average(better.mean) / ((1.0 + r) * ratios.rate * struck.rate * struck.speed_mean)
-    speeds = ratios.speed_square * settled.average(lost) / settled.per_area.average(lost)
-    return better, _impacts(struck, ratios.rate, speed, speeds)
+    unit, problem, cycles, moments = law.problem.unit, law.problem, law.cycles, law.moments
+    walls, (mean, square, v_square) = tuple(unit.walls.values()), moments
+    if len(unit.stops) != 1 or not walls or not law.is_struck:
+        return law, moments, struck
+    wall, (speed, _, before) = walls[0], law.rates.struck[0]
+    hit, sign, ratios, r = np.isfinite(speed), wall.inwards, _SAME, 1.0
+    place = sign * (wall.position - problem.origin)
+    often, arc = law.weight * hit / cycles.period, np.maximum(cycles.arc, 1e-300)
+    push, w = 2.0 * np.nan_to_num(speed) / cycles.period, law.average(np.sqrt(arc))
+    colored = any(noise.correlated_for for noise in unit.excitations.values())
+    if not (wall.is_elastic or colored or unit.temperature or problem.multiplied or is_smooth(unit)):
+        fast = often * before * np.nan_to_num(speed) ** 2
+        r = math.sqrt(float(np.sum(fast * law.rates.struck[0].restitution ** 2)) / float(np.sum(fast)))
+        # the arc's centre: there the force on it vanishes, whose mean is that of the wall
+        centre = float(often @ (sign * cycles.mean - push / arc)) / float(often.sum())
+        inside = law.average(cycles.v_square)
+        damping, gap = law.average(law.rates.damped) / (w * inside), w * (place - centre) / math.sqrt(inside)
+        if problem.closed or is_tabulated(damping, gap):
+            ratios = sudden_losses(damping, r, gap, law.taken)
+    if ratios is _SAME and not (problem.closed and problem.springpots):
+        return law, moments, struck
+    # what the wall adds to the mean is seen from that of the cycle that just reaches it, which is 0 of a linear spring
+    reached = 0.0 if problem.closed else sign * float(cycles.mean[np.argmax(hit)])
+    origin = place if place >= 0.0 else reached
+    own = max(float(problem.potential.curvature(np.zeros(1))[0]), 0.0)
+    away, away_square = _moments_from_wall(
+        ratios,
+        about_origin=_from_origin(sign * mean, square, origin),
+        about_wall=_from_origin(sign * mean, square, place),
+        apart=place - origin,
+        stiffening=w / math.sqrt(own) if own > 0.0 else math.inf,
+    )
+    better = sign * (place + away), place * place + 2.0 * place * away + away_square, ratios.v_square * v_square
+    if isinstance(cycles, Arcs):
+        law = _stretched(law, cycles, place, r, (away, away_square), ratios.v_square)
+    (one,) = struck
+    rate, speed_mean, speed_square = one.rate, one.speed_mean, one.speed_mean_square
+    if math.isnan(rate):
+        return law, better, struck
+    if ratios is not _SAME:
+        # the mean forces of springs and impacts cancel; a preload is there without impacts
+        preload = (
+            max(sign * float(problem.potential.force(wall.position - problem.origin)), 0.0) if place >= 0.0 else 0.0
+        )
+        rate, speed_square = ratios.rate * rate, ratios.speed_square * speed_square
+        speed_mean = (preload + ratios.mean * (law.average(hit * push) - preload)) / ((1.0 + r) * rate)
+    return law, better, [with_moments(one, rate, speed_mean, speed_square)]
 
 
 def sudden_losses(damping: float, restitution: float, place: float, taken: float) -> Ratios:
@@ -134,7 +169,7 @@ def is_tabulated(damping: float, place: float) -> bool:
     return damping <= float(DAMPINGS[-1]) and math.asinh(place) <= float(PRELOADS[-1])
 
 
-def moments_from_wall(
+def _moments_from_wall(
     ratios: Ratios,
     about_origin: tuple[float, float],
     about_wall: tuple[float, float],
@@ -160,81 +195,36 @@ def moments_from_wall(
     return wanted, wanted**2 * square / mean**2 * wider ** (stiffening**_NARROWER)
 
 
-def _balance(settled: Balance, ratios: Ratios) -> Balance:
-    """Per area of the plane, with the corrected means of the displacement, its square, and v^2."""
-    wall, vv = settled.problem.position, ratios.v_square
-    origin = max(wall, 0.0)
-    wanted, wanted_square = moments_from_wall(
-        ratios, settled.from_origin(origin), settled.from_origin(wall), wall - origin,
-        settled.average(settled.frequency),
-    )  # fmt: skip
-    settled = settled.per_area
+def _stretched(law: Balance, cycles: Arcs, wall: float, r: float, wanted: tuple[float, float], vv: float) -> Balance:
+    """Arcs with the wanted mean and mean square of the distance from the wall, and <v^2> changed by a factor."""
     part, weights = panel_rule([0.0, 1.0], _PHASES)
-    s = settled.phase[:, None] * part
-    near = _NEAR * math.sqrt(wanted_square)
-    above = np.maximum(settled.centre[:, None] + settled.amplitude[:, None] * np.cos(s) - wall, 0.0) + near
+    x, speed = cycles.path(law.problem, part)
+    near = _NEAR * math.sqrt(wanted[1])
+    above = np.maximum(x - wall, 0.0) + near
 
     def displaced(power: float) -> Floats:
         return np.asarray(above**power - near**power)
 
     def moments(power: float) -> tuple[float, float]:
         there = displaced(power)
-        return settled.average(there @ weights), settled.average(there**2 @ weights)
+        return float(law.plane @ (there @ weights)), float(law.plane @ (there**2 @ weights))
 
-    power = _matched(moments, wanted_square / wanted**2, *_POWERS)
-    factor = wanted / moments(power)[0]
+    power = matched(moments, wanted[1] / wanted[0] ** 2, *_POWERS)
+    factor = wanted[0] / moments(power)[0]
     there = factor * displaced(power)
     above_wall = there @ weights
-    v_square = settled.average(settled.v_square)
+    v_square = float(law.plane @ cycles.v_square)
     soft = _SOFT * math.sqrt(v_square)
-    speed = settled.frequency[:, None] * settled.amplitude[:, None] * np.sin(s)
-    length = settled.average(np.hypot(speed, soft) @ weights)
-    r = settled.problem.restitution
-    skew = _V_SKEW * max(1.0 - settled.taken * vv, 0.0) * (1.0 - r) / (1.0 + r)
+    length = float(law.plane @ (np.hypot(speed, soft) @ weights))
+    skew = _V_SKEW * max(1.0 - law.taken * vv, 0.0) * (1.0 - r) / (1.0 + r)
     v_factor = math.sqrt(vv * v_square / (v_square + skew**2 * (v_square + soft**2 - length**2)))
-    return replace(
-        settled,
+    better = replace(
+        cycles,
         mean=wall + above_wall,
         x_square=wall * wall + 2.0 * wall * above_wall + there**2 @ weights,
-        v_square=vv * settled.v_square,
-        stretch=Stretch(wall, near, factor, power, soft, skew, skew * length, v_factor),
+        v_square=vv * cycles.v_square,
     )
-
-
-def _impacts(struck: Impacts, rate: float, speed: float, speeds: float) -> Impacts:
-    """With the rate and the mean and mean square of the speed changed by these factors."""
-    u = struck.speeds
-    mass = struck.density * np.gradient(u)
-    size = u / struck.speed_mean
-
-    def moments(power: float) -> tuple[float, float]:
-        weight = mass * (1.0 + size) ** power
-        return float(weight @ u / weight.sum()), float(weight @ u**2 / weight.sum())
-
-    mean, square = moments(0.0)  # where cycles cross, these differ slightly from those of the cycles
-    power = _matched(moments, square / mean**2 * speeds / speed**2, -_STEEPEST, _STEEPEST)
-    stretch = speed * mean / moments(power)[0]
-    tilt = (1.0 + size) ** power
-    return Impacts(
-        rate=rate * struck.rate,
-        speed_mean=speed * struck.speed_mean,
-        speed_mean_square=speeds * struck.speed_mean_square,
-        speeds=u * stretch,
-        density=struck.density * tilt * mass.sum() / (mass @ tilt) / stretch,
-    )
-
-
-def _matched(moments: Callable[[float], tuple[float, float]], ratio: float, low: float, high: float) -> float:
-    """Power at which the mean square over the square of the mean is this ratio; the nearest, if none does that."""
-
-    def excess(power: float) -> float:
-        mean, square = moments(power)
-        return square / mean**2 - ratio
-
-    ends = excess(low), excess(high)
-    if ends[0] * ends[1] > 0.0:
-        return low if abs(ends[0]) < abs(ends[1]) else high
-    return float(optimize.brentq(excess, low, high, xtol=1e-10))
+    return replace(law, cycles=better, stretch=Stretch(wall, near, factor, power, soft, skew, skew * length, v_factor))
 
 
 def _from_origin(mean: float, square: float, origin: float) -> tuple[float, float]:
@@ -248,15 +238,6 @@ def _logarithms(damping: float, restitution: float, place: float) -> Floats:
     damping = min(max(damping, DAMPINGS[0]), DAMPINGS[-1])
     crowding = float(_crowding(max(restitution, RESTITUTIONS[0])))
     return np.ravel(table((math.log(damping), crowding, min(max(place, low), high))))
-
-
-def _coordinates(settled: Balance) -> tuple[float, float, float]:
-    """d, r and u."""
-    w, v_square = settled.average(settled.frequency), settled.average(settled.v_square)
-    struck = settled.weight * settled.rate
-    centre = float(struck @ settled.centre / struck.sum())
-    place = w * (settled.problem.position - centre) / math.sqrt(v_square)
-    return settled.average(settled.dissipation) / (w * v_square), settled.problem.restitution, place
 
 
 def _crowding(restitution: float | Floats) -> Floats:
@@ -302,11 +283,12 @@ def _row(damping: float, restitution: float, place: float) -> Floats:
     """At one position; NaN where the Fokker-Planck equation has no or no accurate result."""
 
     def light(position: float) -> Balance:
-        return balance(Problem(1.0, damping, position, restitution))
+        found = balance(PaperProblem(1.0, damping, position, restitution))
+        assert isinstance(found, Balance)
+        return found
 
     def miss(position: float) -> float:
-        light_balance = light(position)
-        return position / math.sqrt(light_balance.average(light_balance.v_square)) - math.sinh(place)
+        return position / math.sqrt(light(position).moments[2]) - math.sinh(place)
 
     try:
         far = 1.5 * math.sinh(place) * math.sqrt(0.5 / damping)
@@ -315,15 +297,14 @@ def _row(damping: float, restitution: float, place: float) -> Floats:
         truth = fokker_planck(System(Spring(1.0), Dashpot(damping), WhiteNoise(1.0), wall))
     except (ValueError, NotCoveredError):
         return np.full(_NONE.size, np.nan)
-    light_balance, origin = light(position), max(position, 0.0)
-    struck = impacts(light_balance)
-    assert struck is not None
-    plain = light_balance.from_origin(origin)
-    real = _from_origin(truth.x_mean, truth.x_mean_square, origin)
+    law, origin = light(position), max(position, 0.0)
+    (struck,) = impacts(law)
+    mean, square, v_square = law.moments
+    plain, real = (_from_origin(*each, origin) for each in ((mean, square), (truth.x_mean, truth.x_mean_square)))
     changes = [
         real[0] / plain[0],
         real[1] / plain[1],
-        truth.v_mean_square / light_balance.average(light_balance.v_square),
+        truth.v_mean_square / v_square,
         truth.impact_rate / struck.rate,
         truth.impact_speed_mean_square / struck.speed_mean_square,
     ]

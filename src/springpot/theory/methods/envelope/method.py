@@ -32,29 +32,50 @@ the documentation, pages "The energy envelope" and "What was tried".
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike
+from scipy import optimize
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.system import System
+from springpot.problem.parts import (
+    ColoredNoise,
+    Constant,
+    KanaiTajimiNoise,
+    ParametricNoise,
+    PiezoelectricCircuit,
+    PoissonImpulses,
+    Springpot,
+    ThermalNoise,
+    VanDerPol,
+    WhiteNoise,
+)
+from springpot.problem.parts.walls import slow_restitution
+from springpot.problem.potential import Potential
+from springpot.problem.system import System, checked_system
+from springpot.theory.coverage import ARMS, DAMPERS, INERTIA, SPRINGS, STOPS, Coverage, form_of, unheld
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import times
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Balance, Cells, balance
+from springpot.theory.methods.envelope.cycles import REACH, CyclesInWell, Problem
 from springpot.theory.methods.envelope.density import Portrait, portrait
 from springpot.theory.methods.envelope.impacts import Impacts, impacts
 from springpot.theory.methods.envelope.losses import DAMPINGS, changed
+from springpot.theory.methods.envelope.walls import endless_walls, is_endless, is_smooth
 from springpot.theory.numerics.energy_diffusion import FirstPassage
+from springpot.theory.numerics.equations import roots_of
 from springpot.theory.numerics.tabulated import Tabulated
-from springpot.theory.problem import Problem, Units, at_rest, endless, paper_covered, problem_and_units
-from springpot.theory.result import NEVER_STRUCK, ROUNDED, Moments
+from springpot.theory.problem import Problem as PaperProblem
+from springpot.theory.problem import Units, at_rest, endless, paper_covered, problem_and_units
+from springpot.theory.result import NEVER_STRUCK, ROUNDED, Moments, Result, moments_of
 
 _DEEPEST_PRELOAD = 100.0  # in units of sqrt(q / Omega^3); the cycles are much smaller than a deeper one
 _STRONGEST = 3.0  # the largest c between orders 0 and 1, where errors are already large
@@ -62,6 +83,11 @@ _NOT_SETTLED = 1e-5  # change per step that gives a warning: a hundredth of the 
 _LIGHTEST = 0.3  # the largest c at which the first passage of x was right within 10 %
 _PLACES = 201  # points of a cycle among which the largest amplitude is sought
 _SMALLEST_LOSS = 1e-7  # of c sin(alpha pi/2) plus 1 - r, for double precision
+_STRONG = 1.0  # loss in a cycle over the energy, above which it is said
+# no ResonantCircuit: two motions that take turns are no slow change of one cycle
+_ELEMENTS = SPRINGS | DAMPERS | VanDerPol | Springpot | ARMS | PiezoelectricCircuit
+_NOISES = WhiteNoise | ColoredNoise | KanaiTajimiNoise | PoissonImpulses | ParametricNoise | ThermalNoise
+_COVERED = Coverage(REACH, INERTIA | _ELEMENTS | STOPS | Constant | _NOISES)
 
 
 @dataclass(frozen=True)
@@ -88,7 +114,7 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
     def frequency(self) -> float:
         """Mean angular frequency of the arcs, in rad/s: that of the spring and of the springpot in phase with it."""
         law = self._stationary_law()
-        return law.balance.average(law.balance.frequency) / law.units.time
+        return float(law.balance.plane @ np.sqrt(law.balance.cycles.arc)) / law.units.time
 
     @property
     def relaxation_rates(self) -> Floats:
@@ -129,7 +155,7 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
         if self._law is None and not isinstance(self.stationary, str):
             return np.full(t.shape, self.amplitude_mean_square)
         law = self._stationary_law()
-        square = law.cells.x_square + law.kappa * law.cells.v_square
+        square = law.cells.cycles.x_square + law.kappa * law.cells.cycles.v_square
         probability = law.cells.diffusion.from_rest(t.ravel() / law.units.time) * law.cells.area
         mean = np.asarray(probability @ square / probability.sum(axis=1))
         return mean.reshape(t.shape) * law.units.length**2
@@ -234,13 +260,13 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
         cells = law.cells
         wall = math.inf if paper.barrier is None else -direction * paper.barrier.position
         wanted = (1.0 if both else direction or math.copysign(1.0, level)) * level / law.units.length
-        reached = np.maximum.accumulate(cells.centre + cells.amplitude)
+        reached = np.maximum.accumulate(cells.cycles.path(cells.problem, np.zeros(1))[0][:, 0])
         if not max(reached[0], 0.0) < wanted < reached[-1]:
             raise ValueError(f"x must be a level that x can reach on the side away from the wall, not {level:g} m.")
         action = float(np.interp(wanted, reached, cells.diffusion.action))
         # behind a wall that is nearer than the level there is only one side
         looks = 2.0 if both and level <= wall else 1.0
-        cycle = float(np.interp(action, cells.diffusion.action, 2.0 * cells.phase / cells.frequency))
+        cycle = float(np.interp(action, cells.diffusion.action, cells.cycles.period))
         return law.in_seconds(cells.diffusion.first_passage_seen(action, cycle / looks))
 
     def _more(self) -> dict[str, object]:
@@ -263,19 +289,6 @@ class _Law:
     impacts: Impacts | None
     kappa: float  # (frequency of the units / Omega)^2: A^2 = x^2 + kappa v^2
     ratio: Callable[[Floats], Floats] = np.ones_like  # of the density to the stationary one
-
-    def moments(self, system: System) -> Moments:
-        """The stationary moments, in units."""
-        settled, struck = self.balance, self.impacts
-        if struck is not None:
-            hit = struck.rate, struck.speed_mean, struck.speed_mean_square
-        elif settled.problem.restitution <= COLLAPSE_BELOW and settled.average(settled.rate) > 0.0:
-            hit = math.nan, math.nan, math.nan  # infinitely many slow impacts
-        else:
-            hit = NEVER_STRUCK
-        x_mean = settled.average(settled.mean) if math.isfinite(settled.problem.position) else 0.0
-        squares = settled.average(settled.x_square), settled.average(settled.v_square)
-        return self.units.moments(system, x_mean, *squares, hit)
 
     @cached_property
     def cells(self) -> Cells:
@@ -316,7 +329,7 @@ class _Law:
 
     def impact_speed(self, speed: Floats) -> Floats:
         """Density of the speed just before an impact."""
-        if self.impacts is None:
+        if self.impacts is None or not self.impacts.speeds.size:
             raise NotCoveredError(
                 "There is no density of impact speeds: no impacts happen, or infinitely many of speed 0."
             )
@@ -338,9 +351,11 @@ def envelope_of_paper(system: System) -> Envelope:
         stationary = at_rest(system, paper)
     else:
         problem, units = problem_and_units(paper, order_0_is_spring=True)
-        settled = _settled(problem)
-        law = _Law(units, *changed(settled, impacts(settled)), (units.frequency / paper.natural_frequency) ** 2)
-        stationary = law.moments(system)
+        settled, (mean, square, v_square), struck = _solved(problem)
+        one = struck[0] if struck else None
+        law = _Law(units, settled, one, (units.frequency / paper.natural_frequency) ** 2)
+        hit = (one.rate, one.speed_mean, one.speed_mean_square) if one else NEVER_STRUCK
+        stationary = units.moments(system, mean, square, v_square, hit)
     return Envelope(
         method="envelope",
         system=system,
@@ -370,10 +385,14 @@ def check_paper_covered(system: System) -> Dimensionless:
     return paper
 
 
-def _settled(problem: Problem) -> Balance:
+def _solved(problem: PaperProblem) -> tuple[Balance, tuple[float, float, float], list[Impacts]]:
+    """The balance, its moments and its impacts."""
     try:
-        return balance(problem)
-    except ValueError as unsettled:
+        settled = balance(problem)
+        if isinstance(settled, str):
+            raise NotCoveredError(settled)
+        return changed(settled, impacts(settled))
+    except NotCoveredError as unsettled:
         raise NotCoveredError(
             f"The envelope does not converge at c = C Omega^(alpha-2) = {problem.coefficient:.3g} with a wall at "
             f"{problem.position:.3g} sqrt(q / Omega^3): its iteration finds no cycles that agree with their own mean."
@@ -392,19 +411,13 @@ def _without(paper: Dimensionless) -> str | None:
 
 def _largest_amplitude(cells: Cells, kappa: float) -> Floats:
     """Largest sqrt(x^2 + kappa v^2) along each cycle, at its ends or between them."""
-    a, w, centre = cells.amplitude, cells.frequency, cells.centre
+    x, v = cells.cycles.path(cells.problem, np.linspace(0.0, 1.0, _PLACES))
+    x = x + cells.problem.origin
+    ways = [(x, v)]
     if cells.stretch is not None:
-        s = cells.phase[:, None] * np.linspace(-1.0, 1.0, _PLACES)
-        x = cells.stretch.x(centre[:, None] + a[:, None] * np.cos(s))
-        v = cells.stretch.v(-(w * a)[:, None] * np.sin(s))
-        return np.maximum.accumulate(np.sqrt(np.max(x * x + kappa * v * v, axis=1)))
-    lowest = np.cos(cells.phase)
-    curvature = kappa * w * w - 1.0
-    # x^2 + kappa v^2 is centre^2 + 2 centre A y + A^2 (y^2 + kappa w^2 (1 - y^2)) with y the cosine of the phase
-    peak = np.divide(centre, a * curvature, out=np.copysign(np.full_like(a, np.inf), centre), where=curvature > 1e-12)
-    y = np.clip(peak, lowest, 1.0)
-    square = (centre + a * y) ** 2 + kappa * (w * a) ** 2 * (1.0 - y * y)
-    return np.asarray(np.maximum.accumulate(np.sqrt(square)))
+        ways = [(cells.stretch.x(x), cells.stretch.v(way * v)) for way in (-1.0, 1.0)]
+    largest = np.max([np.max(x * x + kappa * v * v, axis=1) for x, v in ways], axis=0)
+    return np.asarray(np.maximum.accumulate(np.sqrt(largest)))
 
 
 def _assumptions(paper: Dimensionless) -> tuple[str, ...]:
@@ -442,3 +455,238 @@ def _warnings(paper: Dimensionless, law: _Law | None) -> tuple[str, ...]:
         change = law.balance.change
         sentences.append(f"The iteration has not converged: its numbers still change by {change:.2g} per step.")
     return tuple(sentences)
+
+
+@np.errstate(all="ignore")  # what is not finite is no answer
+def envelope(system: System) -> Envelope | Result:
+    """Solve a system by diffusion of its energy, with the mean field of the envelope.
+
+    Parameters
+    ----------
+    system : System
+        The paper's problem, a linear spring with one springpot or dashpot and white noise: any order, wall,
+        restitution, or no wall; a preload up to 100 sqrt(q / Omega^3); c up to 3 for orders between 0 and 1.  With
+        other parts see `envelope_of_system`.
+
+    Returns
+    -------
+    Envelope or Result
+        The former of the paper's problem.
+
+    Raises
+    ------
+    NotCoveredError
+        If the preload is deeper, the springpot stronger, or cycles of different size cross.
+    TypeError
+        If it is not a System.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> lossy = sp.Oscillator(springpot=sp.Springpot(0.5, 0.1), barrier=sp.Barrier(-1.0, restitution=0.8))
+    >>> result = envelope(lossy)
+    >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
+    (6.5, 0.207)
+    """
+    solve: Callable[[System], Envelope | Result] = form_of(system, envelope_of_paper, envelope_of_system)
+    return solve(system)
+
+
+def check_covered(system: System) -> None:
+    """Raise `NotCoveredError` for what is not covered."""
+    check: Callable[[System], object] = form_of(system, check_paper_covered, check_system_covered)
+    check(system)
+
+
+def envelope_of_system(system: System) -> Result:
+    """Solve a system by diffusion of the energy of its cycles.
+
+    Parameters
+    ----------
+    system : System
+        Any springs, contacts without loss and constant forces that leave one well; rigid walls; dampers, memory and
+        circuits; white, colored, filtered, Poisson, parametric and thermal noise.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    NotCoveredError
+        If there are two wells, a harmonic force, a contact with loss, or memory so strong that cycles of different size
+        cross; the sentence names the part.
+    TypeError
+        If it is not a System.
+
+    Notes
+    -----
+    A cycle is a periodic motion in the potential U(x) + k1 (x - X0)^2 / 2 between the walls.  k1 is the mean in-phase
+    stiffness of the memory over the harmonics X_n of the cycle, X0 the cycle's mean.  With the power
+    P = (1/2) sum n w Im K(n w) X_n^2 that an element of modulus K takes, further losses L, the rate D at which noise
+    spreads the energy, and the action J = int v dx - (pi/2) sum n Re K'(n w) X_n^2, the stationary density per action
+    is exp(-int 2 (P + L) / (D T) dJ).  The second term makes J that of a wave with dispersion [1]_: for a linear
+    oscillator <v^2> is then exact to first order in K.  The number of impacts on a single wall is a mean per area
+    T <v^2> of the plane of x and v in place of J.  Springpots also have the mean field of the envelope of an
+    oscillator: k1 and P of lines that have a width, and, with at most one wall, a spring against slow changes of X0.
+
+    References
+    ----------
+    .. [1] G. B. Whitham, "Linear and nonlinear waves", Wiley (1974), chapter 14.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> device = sp.System(
+    ...     sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Springpot(0.5, 0.2), sp.WhiteNoise(0.5),
+    ...     sp.Barrier(-1.0, 0.9), sp.Barrier(0.7, 0.8, free_side="below"),
+    ... )
+    >>> result = envelope_of_system(device)
+    >>> round(result.x_mean_square, 2), round(result.barrier_1_impact_rate, 2), round(result.barrier_2_impact_rate, 2)
+    (0.23, 0.17, 0.25)
+    """
+    system = checked_system(system)
+    problem = check_system_covered(system)
+    warnings: tuple[str, ...] = ()
+    stationary: Moments | str
+    if isinstance(problem, str):
+        stationary = problem
+    elif isinstance(law := balance(problem), str):
+        stationary = law
+    else:
+        stationary, warnings = _moments_of_system(system, law), tuple(_warnings_of_system(law))
+    return Result(
+        method="envelope",
+        system=system,
+        stationary=stationary,
+        assumptions=(
+            "The energy changes little in one cycle: damping and noise are light or moderate.",
+            "The memory acts on a cycle as a spring and as a damper, and on slow changes of its mean as a softer "
+            "spring, but not between two walls.",
+            "After an impact the energy is that of the whole cycle; with one lossy wall and white noise sudden losses "
+            "are corrected as at order 1, and with white noise short returns to a lossy wall are counted.",
+        ),
+        warnings=warnings,
+        is_exact=not isinstance(problem, str) and _is_exact(problem),
+    )
+
+
+def _check_rest(unit: System, bottom: float) -> None:
+    """A mass that a smooth force lifts now and then from a wall on which it rests does not go round in cycles."""
+    for name, wall in unit.walls.items():
+        if slow_restitution(wall) == 1.0 or not is_smooth(unit):
+            continue
+        pressing = float(unit.potential.force(wall.position)) * wall.inwards
+        if wall.position == bottom and pressing > 0.0:
+            raise NotCoveredError(
+                f"{REACH}; here the mass comes to rest on {name}, which is lossy and on which it is pressed, and a "
+                "smooth force lifts it now and then."
+            )
+
+
+def check_system_covered(system: System) -> Problem | str:
+    """What is solved, or why there is no stationary state; `NotCoveredError` for what is not covered."""
+    unit = system.per_unit_mass
+    _COVERED.check(unit)
+    if not any(noise.excites for noise in unit.excitations.values()):
+        return "There is no random stationary state: nothing excites the motion."
+    if not unit.potential.holds():
+        return unheld(unit.elements.values(), "no spring or wall holds the mass on one side")
+    problem = _problem(unit)
+    if problem.remembers and not np.any(unit.potential.coefficients) and not unit.potential.contacts:
+        raise NotCoveredError(f"{REACH}; with memory it needs a spring or a force to hold a small cycle in its place.")
+    if problem.unit.temperature > 0.0 and not problem.remembers and not problem.damping > 0.0:
+        raise NotCoveredError(
+            "ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit."
+        )
+    _check_rest(unit, problem.origin)
+    return problem
+
+
+def _problem(unit: System) -> Problem:
+    origin, springpots = _bottom(unit.potential), tuple(unit.springpots.values())
+    return Problem(
+        potential=unit.potential.seen_from(origin),
+        origin=origin,
+        damping=unit.dashpots,
+        elements=tuple(part for part in unit.parts if part.remembers and not (part.of_load or part in springpots)),
+        circuits=tuple(part for part in unit.parts if part.of_load),
+        unit=unit,
+    )
+
+
+def _bottom(potential: Potential) -> float:
+    """The place of the one well.
+
+    Raises
+    ------
+    NotCoveredError
+        If there are several.
+    """
+    low, high = potential.low, potential.high
+    roots = roots_of(potential.coefficients).real if len(potential.coefficients) > 1 else np.zeros(0)
+    starts = [contact.position for contact in potential.contacts]
+    walls = [place for place in (low, high) if math.isfinite(place)]
+    marks = np.unique([*roots, *starts, *walls, 0.0])
+    steps = np.geomspace(1e-12, 1e6, 400) * max(float(np.abs(marks).max()), _length(potential))
+    places = np.concatenate([*(mark + sign * steps for mark in marks for sign in (-1.0, 1.0)), marks])
+    places = np.unique(places[(places >= low) & (places <= high)])
+    force = potential.force(places)
+    size = polynomial.polyval(np.abs(places), np.abs(potential.coefficients))
+    told = np.abs(force) > 1e-10 * (size + np.abs(force))
+    places, signs = places[told], np.sign(force[told])
+    if not places.size:
+        return 0.5 * (low + high)
+    wells = [(a, b) for a, b, s, t in zip(places, places[1:], signs, signs[1:], strict=False) if s < 0.0 < t]
+    at_walls = [low] * bool(signs[0] > 0.0) + [high] * bool(signs[-1] < 0.0)
+    if len(wells) + len(at_walls) > 1:
+        raise NotCoveredError(f"{REACH}, not two wells.")
+    if at_walls:
+        return float(at_walls[0])
+    return float(optimize.brentq(lambda x: float(potential.force(x)), *wells[0], xtol=1e-300, rtol=1e-15))
+
+
+def _length(potential: Potential) -> float:
+    """Some length of the potential, where no place has one."""
+    terms = [(n, abs(c)) for n, c in enumerate(potential.coefficients) if c != 0.0 and n > 0]
+    if len(terms) < 2:
+        return 1.0
+    (n, first), (m, last) = terms[0], terms[-1]
+    return math.exp(min(max(math.log(first / last) / (m - n), -100.0), 100.0))
+
+
+def _is_exact(problem: Problem) -> bool:
+    """Whether the density depends on the energy alone: linear dampers, white noise and elastic walls."""
+    unit = problem.unit
+    rough = any(part.is_rough for part in unit.parts)
+    lossy = any(not wall.is_elastic for wall in unit.walls.values())
+    noises = unit.excitations.values()
+    other = any(not noise.is_gaussian or (noise.has_density and not noise.is_white) for noise in noises)
+    return not (problem.remembers or rough or other or lossy)
+
+
+def _moments_of_system(system: System, law: Balance) -> Moments:
+    problem = law.problem
+    _, (mean, square, v_square), struck = changed(law, impacts(law))
+    x_square = problem.origin * (problem.origin + 2.0 * mean) + square
+    harvests = problem.circuits and problem.unit.temperature == 0.0
+    power = law.average(law.rates.electric) * system.inertia if harvests else None
+    hits = [(each.rate, each.speed_mean, each.speed_mean_square) for each in struck]
+    return moments_of(system, [(problem.origin + mean, x_square, v_square)], (), hits, power)
+
+
+def _warnings_of_system(law: Balance) -> Iterator[str]:
+    problem, unit, cycles, rates = law.problem, law.problem.unit, law.cycles, law.rates
+    assert isinstance(cycles, CyclesInWell)
+    energy = law.average(cycles.energy)
+    harmless = problem.damping * cycles.v_square  # exact between elastic walls
+    taken = law.average(np.abs(rates.loss - harmless) * cycles.period) / energy
+    if taken > _STRONG:
+        yield f"Damping is not light, as the envelope assumes: a cycle takes {taken:.2g} times the mean energy."
+    yield from endless_walls(unit, lambda wall: is_endless(unit, wall))
+    decay = law.average(rates.loss) / energy
+    for name, noise in unit.excitations.items():
+        if noise.correlated_for * decay > _STRONG:
+            yield f"{name} remembers longer than the energy does: its work is not that of a short correlation."
+        if 0.5 * noise.impulses[1] > 0.1 * energy:
+            yield f"The impulses of {name} are so rare that the energy jumps: here they act as white noise."

@@ -19,8 +19,7 @@ from springpot.theory.coverage import DAMPERS, SPRINGS, Coverage, unheld
 from springpot.theory.decay import memory_decay, stiffness_share
 from springpot.theory.densities import WithLaw
 from springpot.theory.distributions import numbers_only
-from springpot.theory.methods.envelope.balance import Labels
-from springpot.theory.numerics.panels import panel_rule
+from springpot.theory.numerics.panels import Labels, panel_rule
 from springpot.theory.result import Moments, moments_of
 
 _REACH = (
@@ -421,7 +420,7 @@ def _law(problem: _Problem) -> _Law:
     if place == np.count_nonzero(known):
         raise NotCoveredError(f"{_REACH}; here the amplitudes are larger than double precision holds.")
     last = float(amplitude[known][place])
-    labels = Labels(last * np.linspace(0.0, 1.0, _PANELS + 1) ** 2, 0, 0.0)
+    labels = Labels(last * np.linspace(0.0, 1.0, _PANELS + 1) ** 2)
     cycles = problem.cycles(labels.nodes.ravel())
     exponent = labels.integral(problem.slope(cycles))
     density = cycles.force / cycles.frequency * np.exp(-exponent)

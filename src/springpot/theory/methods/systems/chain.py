@@ -28,7 +28,7 @@ from scipy.sparse import linalg
 
 from springpot.machine.arrays import Floats
 from springpot.problem.parts import Barrier
-from springpot.theory.methods.systems.impacts import restitutions
+from springpot.theory.methods.envelope.walls import restitutions
 from springpot.theory.result import NoConvergenceError
 
 Acceleration = Callable[[Floats, Floats, Floats], Floats]

@@ -25,6 +25,7 @@ from springpot.theory.coverage import DAMPERS, SPRINGS, Coverage
 from springpot.theory.densities import WithLaw
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.impacts import Impacts, with_short_returns
+from springpot.theory.methods.envelope.walls import endless_walls, restitutions
 from springpot.theory.methods.systems.half_cycle_chain import (
     FASTEST,
     MOST_CELLS,
@@ -34,7 +35,6 @@ from springpot.theory.methods.systems.half_cycle_chain import (
     Stop,
     chain_of,
 )
-from springpot.theory.methods.systems.impacts import endless_walls, restitutions
 from springpot.theory.methods.systems.linear import linear
 from springpot.theory.result import Moments, moments_of
 

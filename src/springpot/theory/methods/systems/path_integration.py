@@ -21,8 +21,8 @@ from springpot.problem.parts import (
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.coverage import DAMPERS, SPRINGS, STOPS, Coverage, unheld
+from springpot.theory.methods.envelope.walls import endless_walls
 from springpot.theory.methods.systems.chain import Chain, Grid, grid_over, kernel_weights, make_chain
-from springpot.theory.methods.systems.impacts import endless_walls
 from springpot.theory.numerics.equations import Anderson, roots_of
 from springpot.theory.result import Moments, NoConvergenceError, Result, moments_of
 
