@@ -194,7 +194,7 @@ def test_a_tab_asks_for_devices(mount: Server) -> None:
         assert "value = 150.0, cov = 0.2" in page.until("file")["text"]
         page.say(kind="scatter", devices=64)
         assert len(page.until("scatter", running=False, fault="")["results"]) == 5
-        page.say(kind="scatter", devices=1024)
+        page.say(kind="scatter", devices=4096)
         page.until("scatter", running=True)
         page.say(kind="stop-scatter")
         assert page.until("scatter", running=False)["fault"] == "it was stopped."

@@ -156,7 +156,7 @@ def correlated(given: Any, numbers: Mapping[str, Uncertain]) -> Correlation:
     return Correlation(matrix)
 
 
-def systems_of(system: System, names: Sequence[str], values: Floats) -> list[System]:
+def systems_of(system: System, names: Sequence[str], values: Floats, progress: Progress | None = None) -> list[System]:
     """The devices; parts without an uncertain number are the same in all of them.
 
     Raises
@@ -166,7 +166,7 @@ def systems_of(system: System, names: Sequence[str], values: Floats) -> list[Sys
     """
     differ = {name: part for name, part in system.stated() if uncertain_numbers(part)}
     found = []
-    for row in values.tolist():
+    for row in counted(values.tolist(), progress):
         own = dict(zip(names, row, strict=True))
         try:
             others = {
@@ -180,7 +180,9 @@ def systems_of(system: System, names: Sequence[str], values: Floats) -> list[Sys
     return found
 
 
-def plan_of_all(first: Plan, devices: Sequence[System], given: Mapping[str, Any]) -> tuple[Plan, list[Plan]]:
+def plan_of_all(
+    first: Plan, devices: Sequence[System], given: Mapping[str, Any], progress: Progress | None
+) -> tuple[Plan, list[Plan]]:
     """The plan of the nominal device, and those of all with its settings and its start.
 
     ``first`` is a plan of the nominal device alone, with the settings that are ``given``.
@@ -194,7 +196,7 @@ def plan_of_all(first: Plan, devices: Sequence[System], given: Mapping[str, Any]
         If steps differ too much, or a setting is wrong.
     """
     options = dict(given)
-    motions, scheme = [motion_of(each) for each in devices], first.settings.numerical_scheme
+    motions, scheme = [motion_of(each) for each in counted(devices, progress)], first.settings.numerical_scheme
     some = [first.motion, *motions[:: max(len(motions) // _LOOKED_AT, 1)]]
     if "step" not in options:
         check_alike(motions)

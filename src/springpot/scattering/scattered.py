@@ -179,10 +179,11 @@ class _Results:
 
 
 Asked = Callable[[Sequence[str]], tuple[list[str], dict[str, tuple[float, ...]]]]
+Devices = Callable[[Progress | None], list[System]]
 
 
 def _by_monte_carlo(
-    middle: System, devices: int, systems: Callable[[], list[System]], asked: Asked, paths: int | None,
+    middle: System, devices: int, systems: Devices, asked: Asked, paths: int | None,
     told: Callable[[float, float], Progress | None], given: dict[str, Any],
 ) -> _Results:  # fmt: skip
     given = {**given, "paths": paths or _USUAL_PATHS}
@@ -190,8 +191,8 @@ def _by_monte_carlo(
     alone = simulation_of(adapt(first, paths=LANES))  # before all devices are made, which takes long
     names, limits = asked(linear_names(alone))
     _check_room(devices, alone)
-    whole, plans = plan_of_all(first, systems(), given)
-    simulations = simulations_of(plans, whole, told(0.0, 0.3))
+    whole, plans = plan_of_all(first, systems(told(0.0, 0.1)), given, told(0.1, 0.1))
+    simulations = simulations_of(plans, whole, told(0.2, 0.1))
     if paths is None and not alike([each.parts.tables for each in simulations]):
         simulations = [each.but(paths=LANES) for each in simulations]
         _check_room(devices, simulations[0])
@@ -214,7 +215,7 @@ def _check_room(devices: int, one: Simulation) -> None:
 
 
 def _by_theory(
-    middle: System, systems: Callable[[], list[System]], asked: Asked, method: str, progress: Progress | None
+    middle: System, systems: Devices, asked: Asked, method: str, progress: Progress | None
 ) -> _Results:  # fmt: skip
     result, why = solve_one(middle, method)
     if result is None:
@@ -222,7 +223,7 @@ def _by_theory(
     moments = {name: result.moments[name] for name in names_of_results(middle)}
     names, limits = asked([name for name, value in moments.items() if math.isfinite(value)])
     rows = []
-    for device in counted(systems(), progress):
+    for device in counted(systems(None), progress):
         own, why = solve_one(device, method)
         if own is None:
             raise NotCoveredError(f"method must cover all devices, and {method} does not cover one of them: {why}")
