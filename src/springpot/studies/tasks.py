@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from springpot.machine.faults import FileError, NotCoveredError
 from springpot.machine.record import digest
@@ -23,6 +23,10 @@ from springpot.studies.axes import some_points
 from springpot.studies.columns import columns_of, numbers_of_curves, numbers_of_run
 from springpot.studies.question import Point, Study, system_at
 from springpot.studies.tables import SIMULATED
+
+if TYPE_CHECKING:
+    from springpot.simulation import Run
+    from springpot.simulation.rare.exceedance import Exceedance
 
 SYSTEMS_TRIED, AXES_TRIED = 4, 3  # points, and axes of the corners, at which settings for systems are checked
 ANSWERS_FORMAT = 1  # part of every key: to be raised when the meaning of a result changes
@@ -189,22 +193,24 @@ def compute(
 ) -> Answer:
     """Compute one task.  The same task always gives the same bits; ``save`` keeps repetitions of exceedance."""
     from springpot.evidence.reliability import warnings_of
-    from springpot.theory import solve_one
+    from springpot.theory import NoStationaryStateError, solve_one
 
-    warnings, numbers = tuple[str, ...](), dict[str, float]()
-    if task.method == "monte_carlo":
-        run, statement = _simulated(task, threads, progress)
-        if run is not None:
+    warnings, numbers, statement = tuple[str, ...](), dict[str, float](), ""
+    how: dict[str, Any] = {"seed": task.seed, "threads": threads, "progress": progress}
+    try:
+        if task.method == "monte_carlo":
+            run = _simulated(task, **how)
             numbers, warnings = numbers_of_run(run), run.warnings
-    elif task.method == "exceedance":
-        found, statement = _exceeded(task, threads, progress, save)
-        if found is not None:
+        elif task.method == "exceedance":
+            found = _exceeded(task, save, **how)
             numbers, warnings = numbers_of_curves(found.curves), found.warnings
-    else:
-        result, statement = solve_one(task.system, task.method)
-        if result is not None:
-            outputs, unknown = _outputs(result, task.settings.get("forces", ()))
-            numbers, warnings = result.numbers | outputs, (*warnings_of(result), *unknown)
+        else:
+            result, statement = solve_one(task.system, task.method)
+            if result is not None:
+                outputs, unknown = _outputs(result, task.settings.get("forces", ()))
+                numbers, warnings = result.numbers | outputs, (*warnings_of(result), *unknown)
+    except NoStationaryStateError as nothing:
+        statement = str(nothing)
     names = (column.name for column in columns_of(task.method, task.base, task.settings, task.quantities))
     known = {name: float(numbers[name]) for name in names if not math.isnan(numbers.get(name, math.nan))}
     return Answer(known, statement, warnings)
@@ -221,33 +227,25 @@ def _outputs(result: Any, forces: Iterable[str]) -> tuple[dict[str, float], list
     return found, unknown
 
 
-def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> tuple[Any, str]:
+def _simulated(task: Task, **how: Any) -> Run:
     from springpot.simulation.monte_carlo import simulated
-    from springpot.theory import NoStationaryStateError
 
     more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
-    try:
-        settings = _requests(task.settings)
-        return simulated(task.system, **settings, **more, seed=task.seed, threads=threads, progress=progress), ""
-    except NoStationaryStateError as nothing:
-        return None, str(nothing)
+    return simulated(task.system, **_requests(task.settings), **more, **how)
 
 
-def _exceeded(task: Task, threads: int, progress: Callable[[float], None] | None, save: Path | None) -> tuple[Any, str]:
+def _exceeded(task: Task, save: Path | None, **how: Any) -> Exceedance:
     from springpot.simulation.rare.exceedance import exceeded
-    from springpot.theory import NoStationaryStateError
 
     try:
-        return exceeded(task.system, **task.settings, seed=task.seed, threads=threads, save=save, progress=progress), ""
-    except NoStationaryStateError as nothing:
-        return None, str(nothing)
+        return exceeded(task.system, **task.settings, save=save, **how)
     except TimeoutError as over:  # an OSError would end the study
         raise ValueError(str(over)) from None
     except FileError:
         if save is None:
             raise
         save.unlink(missing_ok=True)  # damaged: the repetitions are computed again, to the same bits
-        return _exceeded(task, threads, progress, None)
+        return _exceeded(task, None, **how)
 
 
 def _requests(settings: Mapping[str, Any]) -> dict[str, Any]:
