@@ -100,19 +100,11 @@ def check(file: _File, *, json_: Json = False) -> int:
         return 0
     grid = " x ".join(f"{count} {name}" for name, count in study.shape.items())
     print(f"{study.name}: {grid}")
-    print_table(
-        [["", "tasks", "tried", "processor time", "without an answer"]]
-        + [
-            [
-                method,
-                f"{count:,}",
-                str(estimated.tried[method]),
-                _time(estimated.seconds[method]),
-                f"{estimated.silent[method]:.0%}",
-            ]
-            for method, count in estimated.tasks.items()
-        ]
-    )
+    rows = [["", "tasks", "tried", "processor time", "without an answer"]]
+    for method, count in estimated.tasks.items():
+        time, silent = _time(estimated.seconds[method]), f"{estimated.silent[method]:.0%}"
+        rows.append([method, f"{count:,}", str(estimated.tried[method]), time, silent])
+    print_table(rows)
     points = math.prod(study.shape.values())
     if study.monte_carlo is not None and estimated.checked < points:
         print(f"settings of Monte Carlo checked at {estimated.checked:,} of {points:,} points.")

@@ -157,14 +157,8 @@ def _groups(table: Table) -> list[dict[str, Any]]:
     found = []
     for group in dict.fromkeys(table.group.tolist()):
         own = (table.group == group).nonzero()[0][:MOST_POINTS]
-        found.append(
-            {
-                "name": str(group),
-                "at": table.at[own].tolist(),
-                "data": table.data[own].tolist(),
-                "fitted": table.fitted[own].tolist(),
-            }
-        )
+        columns = {"at": table.at, "data": table.data, "fitted": table.fitted}
+        found.append({"name": str(group)} | {name: column[own].tolist() for name, column in columns.items()})
     return found
 
 

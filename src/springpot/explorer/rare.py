@@ -88,11 +88,8 @@ def _shown(curve: ExceedanceCurve, asked: Rare, said: npt.NDArray[np.bool_]) -> 
     """A curve as the page shows it, on an axis that has room for all levels, with the numbers of some."""
     from springpot.simulation.rare.search import UNSETTLED
 
-    title, (factor, unit), seen = (
-        titled(curve.name),
-        shown_in(asked.length, written(curve.unit)),
-        curve.probability > 0.0,
-    )
+    title, seen = titled(curve.name), curve.probability > 0.0
+    factor, unit = shown_in(asked.length, written(curve.unit))
     periods = (curve.return_period, *curve.return_interval)
     own = periods if curve.settles else (curve.probability, curve.low, curve.high)
     values, low, high = (np.where(seen, each, math.nan) for each in own)

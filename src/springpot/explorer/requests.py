@@ -237,11 +237,8 @@ def _profiles(run: Run, length: str) -> Iterator[dict[str, Any]]:
     for name, own in run.profiles.items():
         if name.endswith(_IN_BINS) and np.isfinite(own.value).any():
             factor, unit = shown_in(length, written(own.unit))
-            words, value, away = (
-                titled(name.removesuffix("_profile")),
-                factor * own.value,
-                2.0 * factor * own.standard_error,
-            )
+            words, value = titled(name.removesuffix("_profile")), factor * own.value
+            away = 2.0 * factor * own.standard_error
             quantity = "mean square" if words.endswith("mean square") else "impact rate"
             line = {"name": words, "values": value, "low": value - away, "high": value + away}
             yield chart(words, ("t", "s"), (quantity, unit), own.time, [line],

@@ -7,6 +7,7 @@ import io
 import re
 import tempfile
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -102,7 +103,7 @@ def _datasets(file: BinaryIO, title: str) -> list[dict[str, Any]]:
             raise FileError(f"{title} cannot be read as a universal file, it seems damaged: {why}.") from None
     if not sets or sum(np.size(each["data"]) for each in sets) > MOST_NUMBERS:
         raise FileError(f"{title} has no functions (dataset 58), or too many.")
-    bodies = iter(_bodies(content.decode("latin-1")))
+    bodies = _bodies(content.decode("latin-1"))
     for n, each in enumerate(sets, 1):
         data, stated = np.asarray(each["data"]), each["num_pts"]
         if data.size != stated or data.size == 0:
@@ -117,15 +118,13 @@ def _datasets(file: BinaryIO, title: str) -> list[dict[str, Any]]:
     return sets
 
 
-def _bodies(text: str) -> list[list[float]]:
+def _bodies(text: str) -> Iterator[list[float]]:
     """The numbers of each dataset 58 in text, wherever in their lines they are."""
-    found = []
     for block in re.split(r"(?m)^\s*-1\s*$", text):
         lines = block.strip("\r\n").splitlines()
         if lines and lines[0].strip() == "58":
             numbers = re.findall(r"[+-]?\d+\.?\d*(?:[eE][+-]?\d+)?", "\n".join(lines[12:]))
-            found.append([float(number) for number in numbers])
-    return found
+            yield [float(number) for number in numbers]
 
 
 def _name(each: dict[str, Any]) -> str:

@@ -32,43 +32,44 @@ from springpot.problem.uncertain import uncertain
 _KINDS = {name: kind for name, kind in KINDS.items() if "function" not in kind.numbers}  # it has no place in a file
 _FAMILIES: tuple[type[Form], ...] = (Restitution, Envelope)
 """Families of laws, the key that tells one from another in a file, and all of each by name."""
+
+
+def _table_schema(said: str, keys: dict[str, Any], needed: list[str], **more: str) -> dict[str, Any]:
+    """Of a table with these keys and no others."""
+    table = {"type": "object", **more, "description": said, "properties": keys, "required": needed}
+    return table | {"additionalProperties": False}
+
+
+_A_NAME = {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"}
 _A_NUMBER = {"$ref": "#/$defs/number"}
+_OF_FREE = "start", "low", "high", "times", "plus", "power"
+_OF_UNCERTAIN = "cov", "sd", "log_sd", "low", "high", "times", "plus", "power"
 _NUMBER = {
     "oneOf": [
         {"type": "number"},
-        {
-            "type": "object",
-            "title": "free",
-            "description": "A number to be found between low and high, or times it plus something; elsewhere it has "
-            "the value of start.",
-            "properties": {
-                "free": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"},
-                **{name: {"type": "number"} for name in ("start", "low", "high", "times", "plus", "power")},
-            },
-            "required": ["free", "start", "low", "high"],
-            "additionalProperties": False,
-        },
-        {
-            "type": "object",
-            "title": "uncertain",
-            "description": "A number that differs from device to device, by a mean and its variation (cov) or standard "
-            "deviation (sd), by ends (low and high) or by measured values; or times it plus something.",
-            "properties": {
-                "uncertain": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"},
-                **{
-                    name: {"type": "number"}
-                    for name in ("cov", "sd", "log_sd", "low", "high", "times", "plus", "power")
-                },
+        _table_schema(
+            "A number to be found between low and high, or times it plus something; elsewhere it has the value of "
+            "start.",
+            {"free": _A_NAME, **{name: {"type": "number"} for name in _OF_FREE}},
+            ["free", "start", "low", "high"],
+            title="free",
+        ),
+        _table_schema(
+            "A number that differs from device to device, by a mean and its variation (cov) or standard deviation "
+            "(sd), by ends (low and high) or by measured values; or times it plus something.",
+            {
+                "uncertain": _A_NAME,
+                **{name: {"type": "number"} for name in _OF_UNCERTAIN},
                 "value": _A_NUMBER,
                 "values": {"type": "array", "items": {"type": "number"}, "minItems": 3},
                 "correlation": {"type": "object", "additionalProperties": {"type": "number"}},
             },
-            "required": ["uncertain"],
-            "additionalProperties": False,
-        },
+            ["uncertain"],
+            title="uncertain",
+        ),
     ]
 }
-_FREE = {"free": str, **dict.fromkeys(("start", "low", "high", "times", "plus", "power"), float)}
+_FREE = {"free": str, **dict.fromkeys(_OF_FREE, float)}
 _UNCERTAIN = {
     "uncertain": str, "correlation": dict, **dict.fromkeys(
         ("value", "cov", "sd", "log_sd", "low", "high", "values", "times", "plus", "power"), float
@@ -387,37 +388,23 @@ def _schemas() -> Iterator[dict[str, Any]]:
     for kind, part in _KINDS.items():
         table = _schema(part)
         table["title"] = part.__name__
-        head = {"kind": {"const": kind}, "name": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"}}
+        head = {"kind": {"const": kind}, "name": _A_NAME}
         table["properties"] = head | table["properties"]
         table["required"] = ["kind", *table["required"]]
         yield table
     for make, kind, _, said, keys, needed in _BY_DENSITY:
-        yield {
-            "type": "object",
-            "title": make.__qualname__,
-            "description": said,
-            "properties": head | {"kind": {"const": kind}} | {name: _schema_of(hint) for name, hint in keys.items()},
-            "required": ["kind", *(name for name in keys if name in needed)],
-            "additionalProperties": False,
-        }
+        own = head | {"kind": {"const": kind}} | {name: _schema_of(hint) for name, hint in keys.items()}
+        required = ["kind", *(name for name in keys if name in needed)]
+        yield _table_schema(said, own, required, title=make.__qualname__)
 
 
 def _schema(kind: type[Checked], within: bool = False) -> dict[str, Any]:
     described = (kind.__doc__ or "").partition("\n")[0].replace("\\", "")
     tag = {name: {"const": value} for name, value in kind.tag.items()}
     needed = [field.name for field in fields_of(kind) if field.default is MISSING]
-    return {
-        "type": "object",
-        "description": described,
-        "properties": tag
-        | {
-            name: _schema_of(hint)
-            for name, hint in _hints(kind).items()
-            if not (within and name in ("between", "count"))
-        },
-        "required": [*tag, *needed],
-        "additionalProperties": False,
-    }
+    hints = {name: hint for name, hint in _hints(kind).items() if not (within and name in ("between", "count"))}
+    own = {name: _schema_of(hint) for name, hint in hints.items()}
+    return _table_schema(described, tag | own, [*tag, *needed])
 
 
 def _schema_of(hint: Any) -> dict[str, Any]:

@@ -111,10 +111,8 @@ def arguments_of(given: Mapping[str, Any]) -> Arguments:
     wishes = {name: chosen.pop(name) for name in OBSERVERS if name in chosen}
     options = {each.name: chosen.pop(each.name) for each in fields(Options) if each.name in chosen}
     if rtol is not None and wishes:
-        other, reason = (
-            next(iter(wishes)),
-            "which controls moments only: use more paths, and compare with half the step",
-        )
+        other = next(iter(wishes))
+        reason = "which controls moments only: use more paths, and compare with half the step"
         if other == "forces":
             reason = "which controls their mean squares: name these in quantities, such as acceleration_mean_square"
         raise ValueError(f"{other} cannot be given with rtol, {reason}.")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -243,13 +244,11 @@ def exceedance(
         "initial_position": initial_position, "initial_velocity": initial_velocity, "step": step,
         "memory_tolerance": memory_tolerance, "seed": seed, "threads": threads, "max_time": max_time, "save": save,
     }  # fmt: skip
-    if progress is None:
-        quantities, time = levels or probability or return_period, duration if levels else None
-        hint = hint_of(system, quantities, "max_time= ends it earlier", duration=time)
-        with Bar("splitting paths", first="simulating", hint=hint) as bar:
-            result = exceeded(system, levels, **given, progress=bar)
-    else:
-        result = exceeded(system, levels, **given, progress=progress)
+    quantities, time = levels or probability or return_period, duration if levels else None
+    hint = hint_of(system, quantities, "max_time= ends it earlier", duration=time)
+    bar = Bar("splitting paths", first="simulating", hint=hint) if progress is None else nullcontext(progress)
+    with bar as told:
+        result = exceeded(system, levels, **given, progress=told)
     for sentence in result.warnings:
         warnings.warn(sentence, sentence.category, stacklevel=2)
     return result

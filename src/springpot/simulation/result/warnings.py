@@ -260,13 +260,12 @@ def about_observables(names: Iterable[str], values: Values) -> list[Message]:
     return [say("observable_not_finite", name=name) for name in names if not math.isfinite(values[name])]
 
 
-def about_damage(counted: Mapping[str, tuple[float, Floats]]) -> list[Message]:
+def about_damage(counted: Mapping[str, tuple[float, Floats]]) -> Iterator[Message]:
     """Of damage whose standard error is not known to a fifth: it is that of a few paths with the largest cycles.
 
     This depends on the fourth moment of the samples; and as most groups of 60 paths have none of those that matter with
     an exponent of 7, on that of the law whose logarithms spread as theirs, which is too large where many cycles add up.
     """
-    found = []
     for name, (mean, damage) in counted.items():
         apart = damage - mean
         variance = float((apart**2).mean())
@@ -278,11 +277,10 @@ def about_damage(counted: Mapping[str, tuple[float, Floats]]) -> list[Message]:
         off = max(seen, unseen)
         if seen > FEW_PATHS or unseen > 2.0 * FEW_PATHS:
             share = per_cent(float(damage.max()) / (mean * damage.size))
-            found.append(say("damage_of_few_paths", name=name, share=share, paths=damage.size, off=per_cent(off)))
-    return found
+            yield say("damage_of_few_paths", name=name, share=share, paths=damage.size, off=per_cent(off))
 
 
-def about_forces(simulation: Simulation, names: Iterable[str], values: Values) -> list[Message]:
+def about_forces(simulation: Simulation, names: Iterable[str], values: Values) -> Iterator[Message]:
     """Of forces and accelerations whose means over a step are smaller than they are.
 
     Parameters
@@ -290,12 +288,10 @@ def about_forces(simulation: Simulation, names: Iterable[str], values: Values) -
     names : iterable of str
         Of which more than moments is wanted.
     """
-    found = []
     for name in names:
         lacking, whole = simulation.parts.outputs.lacking[name], values[f"{name}_mean_square"]
         if lacking > MOST_LACKING * whole:
-            found.append(say("force_over_steps", name=name, share=per_cent(lacking / whole)))
-    return found
+            yield say("force_over_steps", name=name, share=per_cent(lacking / whole))
 
 
 def about_options(plan: Plan, given: Mapping[str, Any]) -> list[Message]:
@@ -341,9 +337,9 @@ def about_options(plan: Plan, given: Mapping[str, Any]) -> list[Message]:
 
 def about_quantiles(
     simulation: Simulation, distributions: Mapping[str, Distribution], probability: Sequence[float]
-) -> list[Message]:
+) -> Iterator[Message]:
     """Of quantiles of impact speeds whose step bias is larger than their standard error."""
-    step, found = simulation.settings.step, []
+    step = simulation.settings.step
     for name, (speeds, missed) in missed_in(simulation.motion, step, distributions).items():
         at, error = speeds.quantile(probability)
         bias = quantile_step_bias(missed, speeds, probability)
@@ -354,5 +350,4 @@ def about_quantiles(
         ]
         if named:
             of = _of([name.removesuffix("impact_speed").removesuffix("_")])
-            found.append(say("slow_impact_quantiles", step=step, of=of, name=name, quantiles=", ".join(named)))
-    return found
+            yield say("slow_impact_quantiles", step=step, of=of, name=name, quantiles=", ".join(named))
