@@ -106,8 +106,5 @@ def exceedance(
         for curve, ax in zip(found.curves.values(), panels, strict=True):
             plot_return_periods(curve, ax)
         style.save(figure, Path(plot))
-    return (
-        1
-        if {"rare_not_known", "level_not_reached", "level_not_found"} & {sentence.name for sentence in found.warnings}
-        else 0
-    )
+    lacking = {"rare_not_known", "level_not_reached", "level_not_found"}
+    return int(any(sentence.name in lacking for sentence in found.warnings))

@@ -172,19 +172,15 @@ def _print_quantiles(answer: Mapping[str, Any], means: Mapping[str, str]) -> Non
         return
     units = {name: means.get(f"{name.rpartition('_')[0]}_mean") or unit_of(f"{name}_quantile") or "s" for name in names}
     shown = [i for i, p in enumerate(answer["probability"]) if p in (0.01, 0.05, 0.5, 0.95, 0.99)]
+    rows = [["quantile +- standard error", *(per_cent(answer["probability"][i]) for i in shown)]]
+    for name, unit in units.items():
+        values, errors = answer[f"{name}_quantile"], answer[f"{name}_quantile_se"]
+        rows.append([name, *(with_error(values[i], errors[i], unit) for i in shown)])
+    for name in units:
+        if (biases := answer.get(f"{name}_quantile_step_bias")) is not None:
+            rows.append([f"{name}, step bias up to", *(_plain_short(biases[i]) for i in shown)])
     print()
-    print_table(
-        [["quantile +- standard error", *(per_cent(answer["probability"][i]) for i in shown)]]
-        + [
-            [name, *(with_error(answer[f"{name}_quantile"][i], answer[f"{name}_quantile_se"][i], unit) for i in shown)]
-            for name, unit in units.items()
-        ]
-        + [
-            [f"{name}, step bias up to", *(_plain_short(biases[i]) for i in shown)]
-            for name in units
-            if (biases := answer.get(f"{name}_quantile_step_bias")) is not None
-        ]
-    )
+    print_table(rows)
 
 
 def _plain_short(value: float | None) -> str:

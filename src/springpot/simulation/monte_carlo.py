@@ -204,13 +204,10 @@ class Ready:
         names = {message.name for message in chosen}
         said = [doubt for doubt, cause in _SAID_BY.items() if cause in names]
         counted = wanted.counts_instead(plan.motion)
+        doubted = doubts(simulation, values, errors, ensemble.rows, seen, counted=counted)
         doubtful = (
             *chosen,
-            *(
-                own
-                for own in doubts(simulation, values, errors, ensemble.rows, seen, counted=counted)
-                if own.name not in said
-            ),
+            *(own for own in doubted if own.name not in said),
             *about_quantiles(simulation, distributions, PROBABILITIES),
             *about_observables(means, values),
             *about_damage(estimates),

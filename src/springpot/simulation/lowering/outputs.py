@@ -241,20 +241,12 @@ def about_contacts(motion: Motion, step: float, names: Iterable[str], values: Ma
                 lasting[name] = contact_time(free, _FAST * speed)
     found = []
     for name in names:
-        touched = {
-            own: time
-            for own, time in lasting.items()
-            if name in motion.outputs and motion.outputs[name].shares.get(own)
-        }
-        shortest = min(touched, key=touched.__getitem__, default="")
-        if touched and (lacking := _MISSED / (touched[shortest] / step) ** 2) > _WORTH_SAYING:
-            most, steps = touched[shortest] * math.sqrt(_SMALL / _MISSED), touched[shortest] / step
-            said = {
-                "name": name,
-                "contact": shortest,
-                "steps": steps,
-                "lacking": per_cent(min(lacking, 1.0)),
-                "most": most,
-            }
-            found.append(say("peaks_between_steps", **said))
+        shares = motion.outputs[name].shares if name in motion.outputs else {}
+        touched = ((time, own) for own, time in lasting.items() if shares.get(own))
+        time, contact = min(touched, key=lambda each: each[0], default=(math.inf, ""))
+        if (lacking := _MISSED / (time / step) ** 2) > _WORTH_SAYING:
+            most, share = time * math.sqrt(_SMALL / _MISSED), per_cent(min(lacking, 1.0))
+            found.append(
+                say("peaks_between_steps", name=name, contact=contact, steps=time / step, lacking=share, most=most)
+            )
     return found

@@ -203,12 +203,8 @@ def springpot_alone(unit: System) -> Springpot | None:
     >>> springpot_alone(System(Springpot(0.3, 1.0), Spring(1.0))) is None
     True
     """
-    alone = holding_alone(unit)
-    return (
-        min(alone.values(), key=lambda springpot: springpot.order)
-        if alone and not any(unit.potential.coefficients)
-        else None
-    )
+    alone = () if any(unit.potential.coefficients) else holding_alone(unit).values()
+    return min(alone, key=lambda springpot: springpot.order, default=None)
 
 
 def held_by_springpots(unit: System) -> Potential:
