@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from cyclopts import App, Parameter
 
 from springpot.cli.terminal import Json, Whole, check_picture, print_json, print_table
+from springpot.machine.arguments import check_folder
 from springpot.machine.bar import Bar, say
 from springpot.machine.files import shell_word
 from springpot.machine.interrupt import leave_at_once
@@ -46,8 +47,7 @@ def new(
     place = Path(file)
     if place.suffix != ".toml":
         raise ValueError(f"the study file must end in .toml, not {place.name!r}.")
-    if not place.resolve().parent.is_dir():
-        raise ValueError(f"the study file must lie in a folder that exists, but {str(place.parent)!r} does not.")
+    check_folder(place, "the study file")
     endings = {"file": "toml", "store": "store", "picture": "png", "table": "csv"}
     places = {name: shell_word(place.with_suffix(f".{ending}")) for name, ending in endings.items()}
     words = OF_OSCILLATORS

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import CoercionError, Parameter, Token
 
+from springpot.machine.arguments import check_folder
 from springpot.machine.bar import say
 from springpot.machine.faults import per_cent, with_error
 from springpot.machine.installed import need
@@ -43,8 +44,7 @@ def check_picture(path: str | None, name: str = "plot") -> None:
     need("plots", "a picture")
     if not path.endswith(".png"):
         raise ValueError(f"{name} must end in .png, but it is {path!r}.")
-    if not Path(path).resolve().parent.is_dir():
-        raise ValueError(f"{name} must lie in a folder that exists, but {str(Path(path).parent)!r} does not.")
+    check_folder(Path(path), name)
 
 
 def print_table(rows: Sequence[Sequence[str]]) -> None:

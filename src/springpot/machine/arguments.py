@@ -621,6 +621,17 @@ def checked_path(value: Any, name: str) -> Path:
     return Path(place)
 
 
+def check_folder(path: Path, name: str) -> None:
+    """That a file can be put at a path: its folder exists.
+
+    Examples
+    --------
+    >>> check_folder(Path("run.nc"), "the file")
+    """
+    if not path.absolute().parent.is_dir():
+        raise ValueError(f"{name} must lie in a folder that exists, but {str(path.parent)!r} does not.")
+
+
 def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
     """The path of an output file, if it may be written.
 

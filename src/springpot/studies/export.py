@@ -7,6 +7,7 @@ import os
 import shutil
 from pathlib import Path
 
+from springpot.machine.arguments import check_folder
 from springpot.machine.files import netcdf_of, write
 from springpot.problem.numbers import label_of
 from springpot.studies.dataset import Results, result_columns, to_xarray
@@ -42,8 +43,7 @@ def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
         raise ValueError(
             f"the file to export to must end in .nc (netCDF), .zarr (a Zarr group) or .csv, not {path.name!r}."
         )
-    if not path.resolve().parent.is_dir():
-        raise ValueError(f"the file to export to must lie in a folder that exists, but {str(path.parent)!r} does not.")
+    check_folder(path, "the file to export to")
     _check_replaced(path, overwrite)
     if path.suffix == ".nc":
         write(str(path), netcdf_of(to_xarray(store)))

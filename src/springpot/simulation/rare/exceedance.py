@@ -13,7 +13,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.arguments import LARGEST, check_called, checked_path, finite_number, finite_numbers, text
+from springpot.machine.arguments import (
+    LARGEST,
+    check_called,
+    check_folder,
+    checked_path,
+    finite_number,
+    finite_numbers,
+    text,
+)
 from springpot.machine.arrays import Floats
 from springpot.machine.bar import Bar
 from springpot.machine.faults import listed, name_results, shown
@@ -484,8 +492,7 @@ def _checked_place(save: object, functions: list[str]) -> Path | None:
     save = checked_path(save, "save")
     if functions:
         raise ValueError(f"save cannot be given with the function of {functions[0]}: a file does not know it again.")
-    if not save.absolute().parent.is_dir():
-        raise ValueError(f"save must lie in a folder that exists, but {str(save.parent)!r} does not.")
+    check_folder(save, "save")
     return save
 
 
