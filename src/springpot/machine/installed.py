@@ -1,9 +1,14 @@
-"""What is installed: this library's version, those of others, and the extras, which only some installations have."""
+"""What is installed: this library's version, those of others, and the extras, which only some installations have; and
+names of packages that are loaded at first use.
+"""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from importlib.util import find_spec
+from typing import Any
 
 from springpot.machine.faults import listed
 
@@ -75,3 +80,21 @@ def versions(*names: str) -> dict[str, str]:
 
         found[name] = version(name)
     return found
+
+
+def loaded_later(package: str, places: Mapping[str, Sequence[str]]) -> Callable[[str], Any]:
+    """What a package takes as its ``__getattr__``, so that commands start fast: names by the module that has them.
+
+    Examples
+    --------
+    >>> loaded_later("springpot.machine", {"installed": ["need"]})("need") is need
+    True
+    """
+
+    def named(name: str) -> Any:
+        for module, names in places.items():
+            if name in names:
+                return getattr(import_module(f"{package}.{module}"), name)
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+
+    return named

@@ -10,8 +10,9 @@ The names below are loaded at first use, so that commands start fast.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from springpot.machine.installed import loaded_later
 
 if TYPE_CHECKING:
     from springpot.simulation.error.budget import Budget
@@ -32,23 +33,17 @@ __all__ = [
     "PassageTimes", "PassagesOfLevels", "ProbabilityWithin", "Profile", "Run", "Spectrum", "load_run", "simulate",
 ]  # fmt: skip
 _PLACES = {
-    "simulation.error.budget": ("Budget",),
-    "simulation.rare.exceedance": ("Exceedance",),
-    "simulation.rare.levels": ("ExceedanceLevel",),
-    "simulation.rare.search": ("ExceedanceCurve", "ProbabilityWithin"),
-    "simulation.result.load": ("load_run",),
-    "simulation.result.results": ("Estimate", "Run"),
-    "simulation.monte_carlo": ("simulate",),
-    "simulation.watch.distributions": ("Distribution",),
-    "simulation.watch.passage_rates": ("Bounded", "PassageRate"),
-    "simulation.watch.passage_times": ("PassageTimes", "PassagesOfLevels"),
-    "simulation.watch.profiles": ("Profile",),
-    "simulation.watch.spectrum": ("Spectrum",),
+    "error.budget": ("Budget",),
+    "rare.exceedance": ("Exceedance",),
+    "rare.levels": ("ExceedanceLevel",),
+    "rare.search": ("ExceedanceCurve", "ProbabilityWithin"),
+    "result.load": ("load_run",),
+    "result.results": ("Estimate", "Run"),
+    "monte_carlo": ("simulate",),
+    "watch.distributions": ("Distribution",),
+    "watch.passage_rates": ("Bounded", "PassageRate"),
+    "watch.passage_times": ("PassageTimes", "PassagesOfLevels"),
+    "watch.profiles": ("Profile",),
+    "watch.spectrum": ("Spectrum",),
 }
-
-
-def __getattr__(name: str) -> Any:
-    for module, names in _PLACES.items():
-        if name in names:
-            return getattr(importlib.import_module(f"springpot.{module}"), name)
-    raise AttributeError(f"module 'springpot.simulation' has no attribute {name!r}")
+__getattr__ = loaded_later(__name__, _PLACES)

@@ -5,10 +5,9 @@ The names below are loaded at first use, so that commands start fast.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from springpot.machine.installed import need
+from springpot.machine.installed import loaded_later, need
 
 if TYPE_CHECKING:
     from springpot.studies.question import Study, read_study
@@ -23,10 +22,4 @@ _PLACES = {
     "running": ("Outcome", "open_study", "run_study", "study"),
     "store": ("Store", "StoreError", "open_store"),
 }
-
-
-def __getattr__(name: str) -> Any:
-    for module, names in _PLACES.items():
-        if name in names:
-            return getattr(importlib.import_module(f"springpot.studies.{module}"), name)
-    raise AttributeError(f"module 'springpot.studies' has no attribute {name!r}")
+__getattr__ = loaded_later(__name__, _PLACES)

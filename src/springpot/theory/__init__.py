@@ -5,10 +5,10 @@ The names below are loaded when they are first used: the list of methods is then
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from springpot.machine.faults import NotCoveredError
+from springpot.machine.installed import loaded_later
 
 if TYPE_CHECKING:
     from springpot.theory.level_crossings import LevelRates, LevelsOfProbability, exceedance, exceedance_level
@@ -84,13 +84,7 @@ _PLACES = {
     "spectral_fatigue": ("Fatigue", "fatigue"),
     "transients": ("Transient", "transient"),
 }
-
-
-def __getattr__(name: str) -> Any:
-    for module, names in _PLACES.items():
-        if name in names:
-            return getattr(importlib.import_module(f"springpot.theory.{module}"), name)
-    raise AttributeError(f"module 'springpot.theory' has no attribute {name!r}")
+__getattr__ = loaded_later(__name__, _PLACES)
 
 
 def __dir__() -> list[str]:
