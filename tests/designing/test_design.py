@@ -153,6 +153,7 @@ def test_theory_leads_a_search_only_where_the_map_trusts_it() -> None:
     assert chosen(colored, needed=("x_mean_square",)) == "envelope"
 
 
+@pytest.mark.validation  # every day: the least damper, above
 def test_without_theory_surfaces_through_short_runs_are_searched() -> None:
     device = damped(sp.free("c", 0.5, (0.05, 5.0)))
     found = sp.design(device, "c", {"impact_rate": (None, 0.2)}, method="monte_carlo", rtol=0.08, cost_rtol=0.1)

@@ -40,7 +40,7 @@ def test_a_force_that_has_no_value_cannot_be_limited() -> None:
         sp.design(pushed, minimize="k", subject_to={"acceleration_mean_square": (None, 1.0)})
 
 
-@pytest.mark.validation  # every day: a design with a limit on a force, and the steps of forces on soft stops
+@pytest.mark.validation  # every day: a design with a limit on a force, above; rtol of forces, in simulation/watch
 def test_a_limit_that_is_far_away_does_not_move_a_design() -> None:
     """The force on a soft stop is uncertain by what the step does to it, which pairs of runs measure."""
     stop = sp.Contact.linear(-sp.free("gap", 1.0, (0.5, 2.0)), 2000.0, dissipation=0.3)

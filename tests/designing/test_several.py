@@ -9,6 +9,7 @@ import pytest
 
 import springpot as sp
 from tests.several import buildings
+from tests.sizes import validation
 
 
 def test_a_number_of_many_parts_has_the_sensitivity_of_all() -> None:
@@ -25,8 +26,9 @@ def test_a_number_of_many_parts_has_the_sensitivity_of_all() -> None:
     assert found.values["frame_damper_elongation_mean_square"] == expected
 
 
-@pytest.mark.parametrize("mu", [0.01, 0.1])
-@pytest.mark.parametrize("on", ["frame", "ground"])
+@pytest.mark.parametrize(
+    ("mu", "on"), [(0.01, "frame"), (0.1, "ground"), validation(0.1, "frame"), validation(0.01, "ground")]
+)
 def test_the_classical_tuned_mass_damper_is_where_nothing_changes(mu: float, on: str) -> None:
     """Warburton, Earthquake Engineering & Structural Dynamics 10 (1982): the least <x^2>, q / (4 zeta_e)."""
     less = 0.5 * mu if on == "frame" else -0.5 * mu
@@ -76,6 +78,7 @@ def test_a_design_by_exact_theory_ends_at_the_classical_damper() -> None:
     assert abs(measured - 4.445436) < 4.0 * its_error
 
 
+@pytest.mark.validation  # every day: the example of `sp.design`
 def test_a_gap_is_designed_for_a_rate() -> None:
     model = buildings(sp.WhiteNoise(1e9, on="old"), gap=sp.free("gap", -0.05, (-0.1, -0.01)))
     found = sp.design(model, minimize=lambda gap: -gap, subject_to={"gap_impact_rate": (None, 0.1)},

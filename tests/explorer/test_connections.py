@@ -154,6 +154,7 @@ def test_an_answer_that_nobody_reads_is_given_up(monkeypatch: pytest.MonkeyPatch
     assert seconds < 1.0
 
 
+@pytest.mark.validation  # every day: half requests, in this file
 def test_a_tab_that_says_nothing_gives_its_place_back(server: Server) -> None:
     with ExitStack() as stack:
         silent = [stack.enter_context(tab(server)) for _ in range(MOST_SESSIONS)]

@@ -57,6 +57,7 @@ def test_buttons_are_on_the_first_screen(long_numbers: Tab, width: int, height: 
         assert box["y"] + box["height"] <= height
 
 
+@pytest.mark.validation  # every day: a dark page on paper, in test_looks.py
 def test_dark_and_light(long_numbers: Tab) -> None:
     """As the system has it, then as it was chosen: also when the page is opened again, before its numbers come."""
     page, background = long_numbers.page, "getComputedStyle(document.body).backgroundColor"

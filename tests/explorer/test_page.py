@@ -297,6 +297,7 @@ def test_pause_step_and_play(tab: Tab) -> None:
     tab.wait(f"springpotExplorer.time > {at + 0.5}")
 
 
+@pytest.mark.validation  # every day: each slider asks; pause, step and play, in this file
 def test_reset_repeats_and_a_seed_does_not(tab: Tab) -> None:
     """And from the reset on another path can be shown."""
     before = tab.number()

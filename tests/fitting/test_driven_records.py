@@ -130,8 +130,9 @@ def test_a_wall_is_found_from_numbers_that_are_far_off(seed: int, samples: int) 
         assert found.values[name] == pytest.approx(value, rel=0.03)
 
 
-@pytest.mark.parametrize("on", ["mass", "ground"])
-@pytest.mark.parametrize("mass", [1.0, 300.0])
+@pytest.mark.parametrize(
+    ("mass", "on"), [(1.0, "mass"), (300.0, "ground"), validation(300.0, "mass"), validation(1.0, "ground")]
+)
 def test_a_lightly_damped_oscillator_is_found_from_a_wrong_frequency(on: str, mass: float) -> None:
     def heavy(k: Any, c: Any, m: Any = mass) -> System:
         return sp.System(sp.Mass(m), sp.Spring(k), sp.Dashpot(c))
@@ -186,6 +187,7 @@ def test_x_and_v_at_the_first_sample_the_delay_and_the_offset_are_found() -> Non
     assert found.values["v0"] == pytest.approx(v[0], abs=0.5)
 
 
+@pytest.mark.validation  # every day: two masses at two points, below
 def test_pieces_of_a_long_record_agree_with_the_whole() -> None:
     whole = twin("duffing", 9, 2400, start="free")
     one, cut = sp.fit(device("duffing"), whole), sp.fit(device("duffing"), whole.in_pieces(3))

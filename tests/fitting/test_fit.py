@@ -111,6 +111,7 @@ def test_zener_and_maxwell_arms_and_one_modulus_alone() -> None:
     assert loss.values == pytest.approx({"order": 0.3, "C": 2.0}, rel=1e-5)
 
 
+@pytest.mark.validation  # every day: several models, in test_nonlinear_records.py
 def test_the_number_of_elements_is_chosen() -> None:
     w = 2j * np.pi * F
     low, high = sp.free("order_1", 0.3, (0.02, 0.45)), sp.free("order_2", 0.7, (0.5, 0.98))

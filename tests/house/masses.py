@@ -61,7 +61,8 @@ def asked_in(text: str) -> dict[int, str]:
     {1: 'number', 2: 'twin'}
     """
     kinds: dict[int, str] = {}
-    if not any(word in text.lower() for word in (_TWIN, _LONE, *_NUMBERED)):
+    counts = "len(" in text and any(name in text for name in _NUMBERED)
+    if not (counts or _TWIN in text.lower() or f".{_LONE}" in text):
         return kinds
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.expr | ast.stmt | ast.alias | ast.arg | ast.keyword):

@@ -18,6 +18,7 @@ import springpot as sp
 from springpot.machine import files, trusted
 from springpot.memory import ExponentialSum, exponential_sum, power_law_sum, store
 from tests.posix import link, make_pipe
+from tests.sizes import thinned
 from tests.strangers import STRANGER, needs_another_user, needs_limits, needs_owners
 
 sums = importlib.import_module("springpot.memory.exponential_sum")
@@ -193,8 +194,8 @@ def _far_too_large(content: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(
     "change",
-    [_scaled, _one_mode_off, _negative, _growing, _boast, _worse, _no_number, _no_terms, _a_table, _far_too_large,
-     _in_another_order, _split(2, 0.0), _split(9000, 1e-14)],
+    thinned([_scaled, _one_mode_off, _negative, _growing, _boast, _worse, _no_number, _no_terms, _a_table,
+             _far_too_large, _in_another_order, _split(2, 0.0), _split(9000, 1e-14)], 2),
 )  # fmt: skip
 def test_a_forged_sum_with_the_right_digest_is_not_believed(
     fresh_folder: Path, change: Callable[[dict[str, Any]], None]

@@ -326,6 +326,7 @@ def test_what_is_known_when_the_time_is_over(ends_at: int, monkeypatch: pytest.M
     assert found.high[0] > found.probability[0]
 
 
+@pytest.mark.validation  # every day: what is known when the time is over, above
 @pytest.mark.usefixtures("few_devices")
 def test_a_nominal_device_for_which_no_time_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
     def late(*_: Any, **__: Any) -> None:

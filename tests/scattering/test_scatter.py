@@ -88,6 +88,7 @@ def test_devices_are_the_runs_of_each_alone(paths: int) -> None:
             assert abs(found.means[name][row] - alone[name].value) < 4.0 * error
 
 
+@pytest.mark.validation  # every day: a file with a table, below; several masses share blocks
 def test_two_masses_and_a_table_of_values() -> None:
     stiffness = sp.uncertain("k", values=[95.0, 100.0, 103.0, 99.0, 108.0, 91.0])
     pair = sp.System(

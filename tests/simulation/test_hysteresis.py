@@ -152,6 +152,7 @@ def test_what_cannot_be_is_one_sentence(make: Any, sentence: str) -> None:
         make()
 
 
+@pytest.mark.validation  # every day: moments of yielding parts, in theory/test_yielding.py
 def test_without_a_spring_it_is_said_that_it_drifts() -> None:
     system = sp.System(*SMOOTH[1:])
     assert "it drifts without end: only parts that yield hold the mass" in sp.explain(system)

@@ -170,7 +170,7 @@ def test_devices_of_few_paths_share_blocks(kind: str, paths: int) -> None:
         assert np.median(np.abs(found.rows - alone) / size) < 1e-6
 
 
-@pytest.mark.parametrize("alike", [ALIKE[name] for name in FEW_KINDS], ids=FEW_KINDS)
+@pytest.mark.parametrize("alike", thinned([ALIKE[name] for name in FEW_KINDS], 2), ids=FEW_KINDS)
 def test_devices_of_whole_blocks_have_the_bits_of_a_plain_run(alike: Any) -> None:
     """Each is compiled as a single system is, and its paths have numbers of their own."""
     plans = [ready(alike(n), paths=64).plan for n in range(12)]

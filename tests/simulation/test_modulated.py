@@ -119,6 +119,7 @@ def off_the_exact(system: sp.System, paths: int, step: float) -> dict[str, np.nd
     return found
 
 
+@pytest.mark.validation  # every day: filtered noise, above
 def test_two_masses_under_a_given_density_with_an_envelope_in_twenty_bins() -> None:
     found = off_the_exact(TWO, 12800, 0.06)
     assert len(found) == 5

@@ -23,7 +23,7 @@ from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import Run
 from tests import reference_observers as observers
 from tests.reference import Path, memory_of, walk, walk_as_printed
-from tests.sizes import validation
+from tests.sizes import thinned, validation
 
 from .systems import of_many_kinds
 
@@ -269,7 +269,7 @@ def test_rest_of_one_mass(name: str) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
-@pytest.mark.parametrize("name", PILES)
+@pytest.mark.parametrize("name", thinned(PILES, 2))
 def test_rest_of_two_masses(name: str) -> None:
     """On a floor, and on one another."""
     dashpots = sp.Dashpot(0.1, between=A), sp.Dashpot(0.1, between=("ground", "b"))

@@ -97,6 +97,7 @@ def strip(modes: int, *more: object, **named: object) -> sp.System:
     return sp.System(*beam.parts, *more, **named)
 
 
+@pytest.mark.validation  # every day: rows of masses, in test_several_numbers.py
 def test_a_cantilever_without_a_stop_is_as_linear_theory_has_it() -> None:
     shaken = strip(3, sp.WhiteNoise(1.0, on="ground"), sp.WhiteNoise(2e-4, on="tip"))
     found = sp.theory.linear(shaken)

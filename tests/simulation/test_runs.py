@@ -455,6 +455,7 @@ def test_statistics_refuse_nothing_and_hide_nothing_with_one_path() -> None:
     json.dumps(found.to_dict(), allow_nan=False)
 
 
+@pytest.mark.validation  # every day: the scheme path by path, in test_reference.py
 def test_grunwald_also_obeys_the_exact_law_at_its_fine_step() -> None:
     found = simulate(oscillator(1.0), paths=5000, duration=60.0, scheme="grunwald", start="rest")
     assert_agrees(found, {"amplitude_mean_square": 1.0, "impact_rate": 1 / math.pi, "x_mean": math.pi**-0.5})

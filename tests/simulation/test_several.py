@@ -188,6 +188,7 @@ def test_strong_dampers_under_white_noise(order: float) -> None:
     check(run, {name: exact[name] for name in ("a_v_mean_square", "b_v_mean_square")}, 0.004, 0.003)
 
 
+@pytest.mark.validation  # every day: thermal noise of springpots, in this file
 def test_a_soft_contact_between_two_masses_obeys_boltzmanns_law() -> None:
     """By quadrature over both displacements; touches are those of the density there."""
     ends = GROUND_A, A_B, GROUND_B

@@ -136,6 +136,7 @@ def test_several_masses_take_it_too() -> None:
     assert run["input_power"].value == pytest.approx(fed, rel=1e-6)
 
 
+@pytest.mark.validation  # every day: how near a filter is, in problem/
 def test_a_resonance_beside_the_band_is_told() -> None:
     """The filter passes a little there, and the message says by how much it changes the mean squares."""
     shake = noise(NARROW, AT_1 * 30.0 / 200.0, on="mass")  # a quarter of the natural frequency

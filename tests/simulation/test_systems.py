@@ -23,7 +23,7 @@ from springpot.simulation.plan.guess import dissipated
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.plan.scales import Units
-from tests.sizes import validation
+from tests.sizes import thinned, validation
 
 from .problems import assert_agrees, values_of
 from .systems import (
@@ -274,7 +274,7 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", thinned(KINDS, 2))
 def test_bits_do_not_depend_on_threads_or_shards(name: str) -> None:
     system, paths = KINDS[name], 3 * LANES
     start: Any = "stationary" if name == "thermal" else "rest"
@@ -326,7 +326,7 @@ def scaled(system: sp.System, length: float) -> sp.System:
     return sp.System(**{name: of(part) for name, part in system.named()})
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", thinned(KINDS, 2))
 def test_another_unit_of_length_changes_no_bit(name: str) -> None:
     """By 16, whose root is a power of two as well."""
     options: dict[str, Any] = {

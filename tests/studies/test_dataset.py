@@ -116,6 +116,7 @@ def test_numbers_that_are_not_there_yet_are_nan(place: Path) -> None:
     assert np.isnan(tree["simulation"]["x_mean"].sel(order=0.75).values).all()
 
 
+@pytest.mark.validation  # every day: an export, in test_commands.py
 def test_netcdf_holds_the_same(place: Path, tmp_path: Path) -> None:
     file = export(open_store(place), tmp_path / "out.nc")
     tree = sp.open_study(place)

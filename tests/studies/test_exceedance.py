@@ -92,6 +92,7 @@ def test_cells_are_those_of_exceedance(whole: Path) -> None:
     assert (found["x_level"].attrs["units"], found["x_return_period"].attrs["units"]) == ("m", "s")
 
 
+@pytest.mark.validation  # every day: cells are those of exceedance, in this file
 def test_what_a_run_is_asked_for_is_in_its_cells(tmp_path: Path, whole: Path) -> None:
     """First passages of levels, a force, and impacts that are not slow: as in the run of the point, in all files."""
     store, task = open_store(whole), next(task for task in tasks(read_study(RARE)) if task.method == "monte_carlo")

@@ -212,6 +212,7 @@ def test_failed_tasks_leave_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert not (tmp_path / "study.zarr" / "labelled").exists()
 
 
+@pytest.mark.validation  # every day: the same bytes again, in this file
 def test_export_to_zarr(whole: Path, tmp_path: Path) -> None:
     out = export(open_store(whole), tmp_path / "out.zarr")
     with xarray.open_datatree(out, engine="zarr") as tree:

@@ -152,6 +152,7 @@ def test_density_of_impact_speeds_has_its_moments():
     np.testing.assert_array_equal(result.impact_speed_density([-1.0, 1e200, math.inf]), 0.0)
 
 
+@pytest.mark.validation  # every day: densities have the moments, in this file
 def test_losses_cool_the_oscillator():
     energies = [fokker_planck(oscillator(0.2, r)).amplitude_mean_square for r in (1.0, 0.9, 0.7, 0.4, 0.2)]
     assert energies == sorted(energies, reverse=True)

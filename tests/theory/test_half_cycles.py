@@ -128,6 +128,7 @@ def test_densities_are_those_of_the_moments() -> None:
         assert np.trapezoid(speeds * u, u) == pytest.approx(mean, rel=2e-2)
 
 
+@pytest.mark.validation  # every day: rates of unlike stops, in this file
 def test_units_and_sides_do_not_matter() -> None:
     """In SI units, and with the two stops exchanged."""
     mass, length, time = 0.4, 2e-3, 0.01

@@ -197,6 +197,7 @@ def test_the_exact_law_is_that_of_a_run() -> None:
 # --- linearization -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.validation  # every day: a chain against Monte Carlo, in this file
 def test_decoupled_masses_are_those_alone() -> None:
     on = {"a": ("ground", "a"), "b": ("b", "ground")}
     first = sp.Spring(1.0), cubic(1.0), sp.Springpot(0.5, 1.0), sp.WhiteNoise(1.0)
@@ -217,6 +218,7 @@ def test_decoupled_masses_are_those_alone() -> None:
     assert both.stiffness.shape == (2, 2)
 
 
+@pytest.mark.validation  # every day: a chain against Monte Carlo, in this file
 def test_a_mass_on_one_that_stands_still_is_that_alone() -> None:
     parts = {"spring": sp.Spring(1.0), "pot": sp.Springpot(0.5, 1.0), "bent": cubic(1.0, None, 0.3)}
     alone = linearization(sp.System(*parts.values(), sp.WhiteNoise(1.0), sp.Constant(0.3)))

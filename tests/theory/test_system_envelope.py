@@ -40,7 +40,7 @@ def upper(position: float, restitution: float = 1.0) -> sp.Barrier:
         ((cubic(1.0), sp.Dashpot(3.0), WHITE), 1e-4),  # the slowest cycles have no frequency
         ((SPRING, cubic(0.3), sp.Dashpot(0.4), WHITE, sp.Contact(-0.2, 50.0)), 1e-6),
         ((SPRING, sp.Dashpot(2.4), WHITE, sp.Contact(-0.2, 5e4), sp.Contact(0.5, 1e3, 1.0, free_side="below")), 1e-5),
-        ((SPRING, sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.0, 0.3)), sp.WhiteNoise(1e-4)), 1e-8),
+        validation((SPRING, sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.0, 0.3)), sp.WhiteNoise(1e-4)), 1e-8),
         ((SPRING, cubic(1.0), sp.Dashpot(0.2), sp.PoissonImpulses(100.0, 0.01)), 1e-8),
     ],
 )
@@ -71,11 +71,11 @@ def test_noise_that_multiplies_x() -> None:
         ((sp.Springpot(0.3, 0.01), WHITE), 2e-5),
         validation((sp.Springpot(0.8, 0.01), WHITE), 1e-4),
         ((sp.FractionalMaxwell(sp.Springpot(0.4, 0.02), sp.Spring(1.0)), WHITE, sp.Constant(2.0)), 1e-4),
-        ((sp.Maxwell(0.01, 0.02), sp.Springpot(0.6, 0.005), sp.KanaiTajimiNoise(3.0, 0.4, 1.0)), 0.005),
+        validation((sp.Maxwell(0.01, 0.02), sp.Springpot(0.6, 0.005), sp.KanaiTajimiNoise(3.0, 0.4, 1.0)), 0.005),
         ((sp.PiezoelectricCircuit(0.1, 2.0, 0.5), sp.ColoredNoise(1.0, 0.2)), 0.01),
         # damping that is not light: the action of the memory makes the first order in C exact
         ((sp.Springpot(0.5, 0.3), WHITE), 0.01),
-        ((sp.Springpot(0.5, 0.3), sp.WhiteNoise(0.5), sp.ParametricNoise(0.1)), 0.01),
+        validation((sp.Springpot(0.5, 0.3), sp.WhiteNoise(0.5), sp.ParametricNoise(0.1)), 0.01),
     ],
 )
 def test_linear_systems_with_memory(parts, error: float) -> None:
@@ -245,6 +245,7 @@ def test_what_has_no_stationary_state_says_why(parts, sentence: str) -> None:
     assert sentence in str(envelope_of_system(sp.System(*parts)).stationary)
 
 
+@pytest.mark.validation  # every day: warnings, in this file
 def test_matched_noise_needs_a_dissipator() -> None:
     with pytest.raises(NotCoveredError, match="needs something that dissipates"):
         envelope_of_system(sp.System(SPRING, sp.ThermalNoise(1.0)))
@@ -289,7 +290,7 @@ def test_a_mass_that_rests_on_a_lossy_wall_under_a_smooth_force_is_not_covered()
 @pytest.mark.parametrize(
     "parts",
     [
-        (SPRING, cubic(1.0), sp.Springpot(0.5, 1.0), sp.Contact(-0.3, 20.0), sp.ThermalNoise(1.0)),
+        validation((SPRING, cubic(1.0), sp.Springpot(0.5, 1.0), sp.Contact(-0.3, 20.0), sp.ThermalNoise(1.0))),
         (SPRING, sp.Springpot(0.3, 0.5), sp.Springpot(0.7, 0.5), sp.ColoredNoise(1.0, 0.5)),
         (
             SPRING,

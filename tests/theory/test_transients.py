@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from tests.sizes import validation
 
 ENVELOPE = sp.ExponentialEnvelope(slow=0.2, fast=0.6)
 TIMES = [2.0, 4.0, 6.0, 10.0, 15.0, 25.0]
@@ -70,7 +71,7 @@ PAIR = (
     [
         sp.ColoredNoise(1.0, 0.3, on="b"), sp.PoissonImpulses(0.5, 2.0, on="ground"),
         sp.SpectralExcitation((0.05, 0.2, 3.0), (0.5, 1.0, 0.1), on="ground"),
-        sp.CloughPenzienNoise(6.0, 0.4, 0.6, 0.5, 1.0),
+        validation(sp.CloughPenzienNoise(6.0, 0.4, 0.6, 0.5, 1.0)),
     ],
     ids=lambda noise: type(noise).__name__,
 )  # fmt: skip

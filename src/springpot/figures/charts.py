@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from springpot.evidence.atlases.lookup import COEFFICIENTS, ORDERS, atlas
+from springpot.evidence.atlases.lookup import COEFFICIENTS, ORDERS, read_table, table_for
 from springpot.figures.style import MOMENT_WORDS, panel
 from springpot.figures.sweeps import PARAMETER_LABELS
 from springpot.machine.faults import known_word
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Barrier, Springpot
+from springpot.problem.parts import Barrier
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,12 +65,9 @@ def plot_design_chart(
     wall = Barrier(position, restitution, free_side="above")
     orders = np.linspace(*ORDERS, FINE)
     strengths = np.geomspace(*COEFFICIENTS, FINE)
-    values = np.array(
-        [
-            [getattr(atlas(Oscillator(springpot=Springpot(order, c), barrier=wall)), quantity) for order in orders]
-            for c in strengths
-        ]
-    )
+    name, third = table_for(Dimensionless.of(Oscillator(barrier=wall)))
+    moments = read_table(name).moments
+    values = np.array([[moments(order, c, third)[0][quantity] for order in orders] for c in strengths])
     ax = panel(ax, 5.6, 4.4)
     positive = bool(values.min() > 0.0)
     shown = np.log10(values) if positive else values

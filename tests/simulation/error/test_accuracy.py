@@ -346,6 +346,7 @@ def test_slow_impacts_that_the_steps_miss_are_made_good(
         assert abs(sum(off)) / len(off) < left * wanted
 
 
+@pytest.mark.validation  # every day: every quantity of an exact problem, in this file
 def test_a_preload_needs_shorter_steps() -> None:
     problem = oscillator(1.0, 0.3, position=1.0, restitution=0.5)
     names = ("amplitude_mean_square", "x_mean", "impact_rate", "impact_speed_mean")

@@ -64,6 +64,7 @@ def test_what_was_not_seen_is_not_certain() -> None:
     assert not any("impact" in name for name in sp.simulate(sp.Oscillator(barrier=None), **SHORT))
 
 
+@pytest.mark.validation  # every day: of two walls each by its name, below
 def test_of_each_wall_and_of_what_it_takes() -> None:
     own = {"impact_observables": {"wear": lambda speed: speed**3}, "slowest_counted_impact": 0.1}
     run, bound = sp.simulate(between(-5.0, 5.5), **SHORT, **own), error_of_unseen(TIME)

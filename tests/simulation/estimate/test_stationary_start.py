@@ -180,6 +180,7 @@ def test_the_start_is_saved_and_kept_by_more_paths(suffix: str, tmp_path: Path) 
     assert longer.estimates == whole.estimates
 
 
+@pytest.mark.validation  # every day: total errors hold, in this file
 def test_the_error_of_the_start_is_in_the_errors() -> None:
     """<x^2> changes with x(0) by 0.7 of its root per metre; pilots of few paths leave a larger error."""
     many, few = (adapt(plan_of(LOSSY, **SOON, step=0.06), paths=paths) for paths in (16384, 1024))

@@ -40,6 +40,7 @@ def test_the_limit_counts_stored_points() -> None:
         plan_of(OSCILLATOR, **long, record_every=3)
 
 
+@pytest.mark.validation  # every day: the bits of the full ones, above
 def test_memory_is_that_of_the_stored_points() -> None:
     settings: dict[str, Any] = {"paths": 1, "duration": 2000.0, "step": 0.01, "threads": 1, "record": 1}
     simulate(OSCILLATOR, **settings | {"duration": 1.0})

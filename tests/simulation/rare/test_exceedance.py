@@ -412,6 +412,7 @@ def test_a_longer_time_follows_from_the_rate() -> None:
         found.within(100.0)
 
 
+@pytest.mark.validation  # every day: a longer time follows from the rate
 def test_of_what_is_not_known_a_longer_time_has_a_bound() -> None:
     with pytest.warns(sp.RareEventWarning, match="no path exceeded"):
         curve = sp.exceedance(LIGHT, {"x": [0.01, 27.0]}, **SHORT, rtol=0.3)["x"]

@@ -57,6 +57,7 @@ def test_so_it_is_of_every_quantity(system: sp.System, name: str, probability: f
     assert abs(math.log(float(again.probability[plain]) / probability)) < 4.0 * math.hypot(0.2, 0.1)
 
 
+@pytest.mark.validation  # every day: one's own functions, in test_exceedance.py
 def test_a_function_of_ones_own_has_it_too() -> None:
     """One that is x has the level of x."""
     one, other = (
@@ -203,6 +204,7 @@ def test_the_level_of_a_return_period() -> None:
         sp.exceedance(DASHED, probability={"x": 1e-4})
 
 
+@pytest.mark.validation  # every day: the command prints the same, in this file
 def test_the_command_takes_return_periods(capsys: pytest.CaptureFixture[str]) -> None:
     words = "exceedance --coefficient 0.2 --no-barrier --intensity 0.2 --return-period x 3600 --rtol 0.5"
     assert cli.main(words.split()) == 0

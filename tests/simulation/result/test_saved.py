@@ -80,6 +80,7 @@ def test_every_field_of_a_run_can_be_saved() -> None:
     assert set(loaded._classes()) >= kinds
 
 
+@pytest.mark.validation  # every day: a run comes back equal, in this file
 def test_other_programs_read_the_netcdf_file(rich: Run, tmp_path: Path) -> None:
     rich.save(tmp_path / "run.nc")
     with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as found:

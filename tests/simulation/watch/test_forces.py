@@ -152,6 +152,7 @@ def test_walls_give_what_the_parts_take(order: float) -> None:
     assert taken.value == pytest.approx(given.value, rel=0.01)
 
 
+@pytest.mark.validation  # every day: walls give what the parts take, above
 def test_pounding_masses_give_what_the_parts_take() -> None:
     system = sp.System(*isolated(DAMPERS[1]).parts, stop=sp.Barrier(-0.05, 0.6, between=("base", "top")))
     run = simulated(system, paths=1280, duration=300.0, window=(150.0, 300.0), step=0.01, forces=("force_on_ground",))

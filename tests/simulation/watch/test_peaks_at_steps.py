@@ -19,6 +19,7 @@ GIVEN = {"paths": 64, "duration": 6.0, "window": (1.0, 6.0), "forces": ["acceler
 SAID = "is taken at the steps, and a touch of contact_1 lasts"
 
 
+@pytest.mark.validation  # every day: of levels and functions, below
 def test_what_the_largest_force_lacks_at_the_default_step_is_said() -> None:
     with pytest.warns(sp.AccuracyWarning, match=rf"acceleration {SAID} 7.2 of them: .* may be 7.7 % too low"):
         run = sp.simulate(BOX, **{**GIVEN, "forces": [*GIVEN["forces"], "contact_1_peak_force"]}, distributions=True)

@@ -191,7 +191,7 @@ def atlas(system: System) -> AtlasAnswer:
     """
     system = checked_system(system)
     paper = Dimensionless.of(system)
-    name, third = _table_for(paper)
+    name, third = table_for(paper)
     numbers, own = read_table(name).moments(paper.springpot.order, paper.dimensionless_coefficient, third)
     scales = _scales(paper)
     values = {name: numbers[name] * scales[name] for name in MOMENTS}
@@ -207,7 +207,7 @@ def atlas(system: System) -> AtlasAnswer:
     )
 
 
-def _table_for(paper: Dimensionless) -> tuple[str, float]:
+def table_for(paper: Dimensionless) -> tuple[str, float]:
     """Name of the table, and the third coordinate in it."""
     _check("order", paper.springpot.order, ORDERS)
     if paper.barrier is None:
