@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import io
 import re
-import tempfile
-import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
@@ -17,7 +15,7 @@ from springpot.files.text import Line, Row, lines_of, numbers_of
 from springpot.machine.arguments import checked_path, text
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import FileError, known_word, listed, shown
-from springpot.machine.files import open_bytes
+from springpot.machine.files import open_bytes, read_by
 from springpot.machine.installed import need
 
 if TYPE_CHECKING:
@@ -155,20 +153,16 @@ def _op4(file: BinaryIO, title: str, name: str) -> csc_array:
     need("op4", "an OP4 file")
     from scipy.sparse import csc_array
 
-    # pyyeti, imported, makes NumPy print as an old version did, in the whole process
-    with warnings.catch_warnings(), np.printoptions(), tempfile.TemporaryDirectory() as folder:
-        warnings.simplefilter("ignore")
+    def matrices(place: str) -> Any:
         from pyyeti.nastran import op4
 
-        place, content = Path(folder) / "matrices.op4", file.read()
-        if content.startswith(_OP4_RECORDS) and not _has_records(content):
-            raise FileError(f"{title} has records whose lengths do not fit: it seems damaged, or cut off.")
-        place.write_bytes(content)
-        try:
-            names, found, _, kinds = op4.OP4().listload(str(place), sparse=True)
-        except Exception as fault:  # whatever a damaged file makes of the reader
-            why = " ".join(str(fault).split())[:100] or type(fault).__name__
-            raise FileError(f"{title} cannot be read as an OP4 file, it seems damaged: {why}.") from None
+        return op4.OP4().listload(place, sparse=True)
+
+    content = file.read()
+    if content.startswith(_OP4_RECORDS) and not _has_records(content):
+        raise FileError(f"{title} has records whose lengths do not fit: it seems damaged, or cut off.")
+    with np.printoptions():  # pyyeti, imported, makes NumPy print as an old version did, in the whole process
+        names, found, _, kinds = read_by(matrices, content, title, "an OP4 file")
     own = {each.lower(): n for n, each in enumerate(names)}
     if not name and len(own) != 1:
         raise FileError(

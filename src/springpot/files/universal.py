@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
-import tempfile
-import warnings
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -16,6 +11,7 @@ import numpy as np
 from springpot.files.table import MOST_NUMBERS, Column, Stated, Table
 from springpot.files.units import UNITS, heading_of, spelled
 from springpot.machine.faults import FileError, listed, shown
+from springpot.machine.files import read_by
 from springpot.machine.installed import need
 
 _BEGIN = re.compile(rb"\s*-1[ \t]*\r?\n\s*\d+[bB]?\b")
@@ -87,20 +83,13 @@ def _datasets(file: BinaryIO, title: str) -> list[dict[str, Any]]:
     """The datasets 58 of a file, whose numbers are as many as each says."""
     import pyuff
 
+    def functions(place: str) -> list[dict[str, Any]]:
+        whole = pyuff.UFF(place)
+        return [whole.read_sets(n) for n, kind in enumerate(whole.get_set_types()) if int(kind) == 58]
+
     file.seek(0)
     content = file.read()
-    with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder) / "functions.uff"
-        place.write_bytes(content)
-        try:
-            with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
-                warnings.simplefilter("ignore")
-                whole = pyuff.UFF(str(place))
-                numbers = [n for n, kind in enumerate(whole.get_set_types()) if int(kind) == 58]
-                sets = [whole.read_sets(n) for n in numbers]
-        except Exception as fault:  # whatever a damaged file makes of the reader
-            why = " ".join(str(fault).split())[:100] or type(fault).__name__
-            raise FileError(f"{title} cannot be read as a universal file, it seems damaged: {why}.") from None
+    sets = read_by(functions, content, title, "a universal file")
     if not sets or sum(np.size(each["data"]) for each in sets) > MOST_NUMBERS:
         raise FileError(f"{title} has no functions (dataset 58), or too many.")
     bodies = _bodies(content.decode("latin-1"))

@@ -15,15 +15,18 @@ import socket
 import stat
 import threading
 import time
-from collections.abc import Iterable, Iterator, Mapping
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 from springpot.machine.faults import FileError
 from springpot.machine.platforms import AT_ONCE, WINDOWS, alone, is_alive, patiently
 
 if TYPE_CHECKING:
     from xarray import DataTree
+
+_Read = TypeVar("_Read")
 
 KEPT_BY_OTHERS = 3600.0  # s after which a half-written file of another machine is an orphan
 ATTEMPTS = 3
@@ -120,6 +123,33 @@ def open_bytes(path: str | Path, title: str, largest: int) -> Iterator[BinaryIO]
         if os.fstat(file.fileno()).st_size > largest:
             raise Damaged(_too_large(largest))
         yield file
+
+
+def read_by(reader: Callable[[str], _Read], content: bytes, title: str, what: str) -> _Read:
+    """What a reader of another library finds in content, which it takes from a file; it prints and warns in vain.
+
+    Raises
+    ------
+    FileError
+        Whatever a damaged file makes of the reader.
+
+    Examples
+    --------
+    >>> read_by(lambda path: len(open(path).read()), b"one", "file 'a.txt'", "a text")
+    3
+    """
+    import tempfile  # slow to import
+
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / "content"
+        place.write_bytes(content)
+        try:
+            with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
+                warnings.simplefilter("ignore")
+                return reader(str(place))
+        except Exception as fault:
+            why = " ".join(str(fault).split())[:100] or type(fault).__name__
+            raise FileError(f"{title} cannot be read as {what}, it seems damaged: {why}.") from None
 
 
 def append_line(path: str | Path, line: bytes) -> int:
