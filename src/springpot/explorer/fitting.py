@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from springpot.explorer.sliders import Slider, numbers, sliders
+from springpot.explorer.tolerances import check_known
 from springpot.explorer.views import sizes
 from springpot.figures.fits import PLACES, driven_parts, is_driven, some_periods
 from springpot.machine.arguments import Free
@@ -46,9 +47,7 @@ def freed(system: System, names: Sequence[str], farther: float = FARTHER) -> Sys
     0.001
     """
     known = numbers(system)
-    for name in names:
-        if name not in known:
-            raise ValueError(f"free: this system has no number {name[:60]!r}.")
+    check_known("free", names, known)
     own = {one.name: one for one in sliders(system, sizes(system))}
     held = with_values(system, {name: float(number) for name, number in free_numbers(system).items()})
     return with_numbers(held, {ROOT + name.replace("-", "."): _free(own[name], known[name], farther) for name in names})

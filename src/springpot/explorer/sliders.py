@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.explorer.tolerances import Tolerance, moved, tolerance_of
+from springpot.explorer.tolerances import Tolerance, check_known, moved, tolerance_of
 from springpot.machine.arguments import Free, Uncertain
 from springpot.problem.numbers import ROOT, number_of, numbers_of, unit_of, with_numbers
 from springpot.problem.parts.registration import Number, Part, kind_of, powers_of
@@ -98,9 +98,7 @@ def changed(system: System, given: Mapping[str, float]) -> System:
     (Spring(stiffness=90.0),)
     """
     known = numbers(system)
-    for name in given:
-        if name not in known:
-            raise ValueError(f"numbers: this system has no number {name[:60]!r}.")
+    check_known("numbers", given, known)
     moved_to = {}
     for name, value in given.items():
         old, new = known[name], value

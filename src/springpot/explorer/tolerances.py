@@ -5,7 +5,7 @@ A tolerance has the name of the uncertain number, so that numbers which follow f
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -133,10 +133,15 @@ def toleranced(system: System, opened: System, given: Mapping[str, float]) -> Sy
             changes[name] = _following(value, float(value.itself), {own.kind: spread})
         else:
             changes[name] = _alone(own, float(value), spread, LIMITS[number_of(system, name)[1].range])
-    for name in given:
-        if name not in named:
-            raise ValueError(f"tolerances: this system has no number {name[:60]!r}.")
+    check_known("tolerances", given, named)
     return with_numbers(system, changes) if changes else system
+
+
+def check_known(kind: str, names: Iterable[str], known: Container[str]) -> None:
+    """That a system has the numbers that a message names."""
+    for name in names:
+        if name not in known:
+            raise ValueError(f"{kind}: this system has no number {name[:60]!r}.")
 
 
 def _alone(own: Tolerance, value: float, spread: float, limits: tuple[float, float]) -> Uncertain:

@@ -19,7 +19,6 @@ States are observed at the ends of steps.  Passages between two of them are dete
 
 from __future__ import annotations
 
-import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -43,7 +42,7 @@ from springpot.simulation.lowering.outputs import roughness_in_steps
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.signals import Signal
-from springpot.simulation.watch.observables import compiled_of, is_taken
+from springpot.simulation.watch.observables import compiled_of, is_taken, python_of
 from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
 from springpot.simulation.watch.requested import Observed, Request
 
@@ -301,13 +300,13 @@ def _observable(plan: Plan, name: object, given: Any) -> tuple[Callable[..., flo
             f"first_passage cannot call an observable {name!r}: the run already has a result of that name."
         )
     function, level = given
-    if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
+    if (own := python_of(function)) is None:
         raise TypeError(f"first_passage of {name!r} must be of a function of (t, x, v), not {shown(function)}.")
-    return function, level
+    return own, level
 
 
 def _compiled_of_observable(name: str, function: Callable[..., float]) -> tuple[Code, Code]:
-    inner = njit(**OF_USER)(getattr(function, "py_func", function))
+    inner = njit(**OF_USER)(function)
 
     @njit(**INLINE)
     def value(t, x, v, level, sign, reference, omega):

@@ -93,10 +93,10 @@ def mean_of(
     """
     wanted = ("(t, x, v)" if kind == "state" else "(speed)") if not motion.arguments else "what it observes"
     checked_name(name, "an observable's name")
-    if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
+    if (own := python_of(function)) is None:
         given = shown(function)
         raise TypeError(f"observable {name!r} must be a function of {wanted}, not {given}: wrap it in a lambda.")
-    own, signal = getattr(function, "py_func", function), Signal(stop="")
+    signal = Signal(stop="")
     takes: tuple[tuple[str, int], ...] = ("t", 0), ("x", 0), ("v", 0)
     if kind == "state" and (
         motion.arguments or not motion.outputs.keys().isdisjoint(inspect.signature(own).parameters)
@@ -116,6 +116,12 @@ def mean_of(
         compiled = _on_steps_of(own, takes, most or _SUM, most > 0) if kind == "state" else _on_impacts_of(own)
     on_steps, on_impacts = (compiled, None) if kind == "state" else (None, compiled)
     return Observer(signal, on_steps, on_impacts, np.zeros((), _LAYOUT), of_paths=("sum",))
+
+
+def python_of(function: object) -> Callable[..., float] | None:
+    """The function in Python that a user gives, maybe compiled by Numba; None if it is none."""
+    own = getattr(function, "py_func", function)
+    return own if callable(function) and inspect.isfunction(own) else None
 
 
 @contextmanager
