@@ -211,23 +211,11 @@ def _told(system: System, task: DesignTask, found: Searched, method: str) -> Des
         moved = (cost.of({**whole, name: whole[name] + error}) - best.cost for name, error in errors.items())
         cost_error = math.hypot(*moved)
     return Design(
-        with_values(system, best.values),
-        best.values,
-        best.quantities,
-        best.errors,
-        best.cost,
-        cost_error,
-        margin,
-        best.promises,
-        ends,
-        method,
-        found.history,
-        tuple(said),
-        found.least,
-        task.limits,
-        cost,
-        units_of_free(system),
-    )
+        model=with_values(system, best.values), values=best.values, quantities=best.quantities, errors=best.errors,
+        cost=best.cost, cost_error=cost_error, margin=margin, promises=best.promises, at_bounds=ends, method=method,
+        history=found.history, warnings=tuple(said), _search=found.least, _limits=task.limits, _cost=cost,
+        _units=units_of_free(system),
+    )  # fmt: skip
 
 
 def units_of_free(system: System) -> dict[str, str]:

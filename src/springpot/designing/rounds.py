@@ -161,16 +161,12 @@ class _Known:
         values = {name: each.value for name, each in pools.items()}
         errors = {name: each.error for name, each in pools.items()}
         return Round(
-            numbers,
-            theory,
-            expected,
-            {name: each.value for name, each in last.items()},
-            {name: each.error for name, each in last.items()},
-            values,
-            errors,
-            task.approximation.cost.of({**expected, **values, **(theory if task.exact else {}), **numbers}),
-            tuple(Promise.of(limit, values[limit.name], errors[limit.name]) for limit in task.limits),
-        )
+            values=numbers, theory=theory, expected=expected, quantities=values, errors=errors,
+            measured={name: each.value for name, each in last.items()},
+            measured_errors={name: each.error for name, each in last.items()},
+            cost=task.approximation.cost.of({**expected, **values, **(theory if task.exact else {}), **numbers}),
+            promises=tuple(Promise.of(limit, values[limit.name], errors[limit.name]) for limit in task.limits),
+        )  # fmt: skip
 
     def farthest(self, start: Floats, end: Floats) -> Round | None:
         """How far one may go from a simulated place to another so that the limits hold there; None if nowhere."""

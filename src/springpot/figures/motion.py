@@ -10,6 +10,7 @@ import numpy as np
 from springpot.figures.data import Data, Wall, recorded, spacing_in_steps, walls_of
 from springpot.figures.designs import Design, next_design
 from springpot.figures.style import COLORS, panel
+from springpot.machine.arguments import check_whole
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 
@@ -161,8 +162,7 @@ class _Seen:
 
 def _seen(data: Data, of: str, member: int, window: tuple[float, float] | None) -> _Seen:
     dataset, time, x, v = recorded(data, of)
-    if isinstance(member, bool) or not isinstance(member, int | np.integer) or not 0 <= member < len(x):
-        raise ValueError(f"member must be a whole number from 0 to {len(x) - 1}, not {shown(member)}.")
+    check_whole(member, "member", 0, len(x) - 1)
     inside = np.ones(time.size, bool) if window is None else (time >= window[0]) & (time <= window[1])
     if inside.sum() < 2:
         raise ValueError(f"window must hold at least two of the times from 0 to {time[-1]:g} s, not {shown(window)}.")

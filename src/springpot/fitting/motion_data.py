@@ -20,7 +20,7 @@ from springpot.fitting.columns import (
     positive,
     rows,
 )
-from springpot.machine.arguments import LARGEST, finite_number, one_of
+from springpot.machine.arguments import LARGEST, check_whole, finite_number, one_of
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
 from springpot.machine.sampling import even_times
@@ -296,8 +296,7 @@ class MeasuredRecord(Measured):
         """
         if not self.has_input or len(self.values) > 1:
             raise ValueError("a record must have one row and an input to be cut in pieces.")
-        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_PIECES:
-            raise ValueError(f"count must be a whole number from 1 to {MOST_PIECES}, not {shown(count)}.")
+        check_whole(count, "count", 1, MOST_PIECES)
         length = self.time.size // count
         values, inputs = (own[0, : count * length].reshape(count, length) for own in (self.values, self.input))
         return replace(self, time=self.time[:length] - self.time[0], values=values, input=inputs)

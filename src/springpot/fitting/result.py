@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from springpot.fitting.estimate import Confusion, Solution, known_together, profile_along, profile_ends
 from springpot.fitting.likelihood import Coordinates, Likelihood, Table
 from springpot.fitting.posterior import log_likelihood, log_prior, numbers_in, start_ensemble
-from springpot.machine.arguments import Free, Uncertain, finite_number
+from springpot.machine.arguments import Free, Uncertain, check_whole, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, known_word, listed, name_results, shown
 from springpot.machine.installed import need
@@ -320,8 +320,7 @@ class Fit:
         >>> fit.start_ensemble(8).shape
         (8, 1)
         """
-        if isinstance(walkers, bool) or not isinstance(walkers, int) or not 1 <= walkers <= _MOST_WALKERS:
-            raise ValueError(f"walkers must be a whole number from 1 to {_MOST_WALKERS}, not {shown(walkers)}.")
+        check_whole(walkers, "walkers", 1, _MOST_WALKERS)
         return start_ensemble(self._coordinates, self._best.u, self._inner_covariance, walkers, seed)
 
     def uncertain(self) -> dict[str, Uncertain]:

@@ -360,6 +360,24 @@ def positive_number(value: object, name: str, hint: str = "") -> float:
     return finite_number(value, name, low=0.0, high=LARGEST, open_low=True, hint=hint)
 
 
+def check_whole(value: object, name: str, low: int, high: int) -> None:
+    """Raise one sentence unless ``value`` is a whole number within its range.
+
+    Raises
+    ------
+    ValueError
+        If it is not.
+
+    Examples
+    --------
+    >>> check_whole(0, "walkers", 1, 8)
+    Traceback (most recent call last):
+    ValueError: walkers must be a whole number from 1 to 8, not 0.
+    """
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral) or not low <= int(value) <= high:
+        raise ValueError(f"{name} must be a whole number from {low} to {high}, not {shown(value)}.")
+
+
 def without_axis(value: Any) -> Any:
     """The number in an array that has no axis, such as a quantile of a run; anything else as it is.
 

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.machine.arguments import finite_number, positive_number
+from springpot.machine.arguments import check_whole, finite_number, positive_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import meant, shown
 from springpot.problem.modes import check_points
@@ -79,8 +79,7 @@ def beam(
     if not isinstance(kind, str) or kind not in get_args(BeamKind):
         near = meant(kind, get_args(BeamKind)) or "."
         raise ValueError(f"kind must be 'cantilever' or 'simply supported', not {shown(kind)}{near}")
-    if not isinstance(modes, int) or not 1 <= modes <= MOST_MODES:
-        raise ValueError(f"modes must be a whole number from 1 to {MOST_MODES}, not {shown(modes)}.")
+    check_whole(modes, "modes", 1, MOST_MODES)
     if not isinstance(points, Mapping) or not points:
         raise TypeError(f"points must be places by name, as {{'tip': {length:g}}}, not {shown(points)}.")
     check_points(points, "points")

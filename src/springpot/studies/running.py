@@ -24,7 +24,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from springpot.machine.arguments import check_called, checked_path
+from springpot.machine.arguments import check_called, check_whole, checked_path
 from springpot.machine.crew import threads_available, work_together
 from springpot.machine.faults import Stopped, shown
 from springpot.machine.installed import need
@@ -172,8 +172,8 @@ def run_study(
     check_called(progress, "progress")
     if scheduler is not None and not isinstance(scheduler, str):
         raise TypeError(f"scheduler must be the address of a Dask scheduler, not {shown(scheduler)}.")
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or not 1 <= workers <= 4096):
-        raise ValueError(f"workers must be a whole number from 1 to 4096, not {shown(workers)}.")
+    if workers is not None:
+        check_whole(workers, "workers", 1, 4096)
     try:
         path = checked_path(path, "store").resolve()
     except RuntimeError:  # of Python before 3.13

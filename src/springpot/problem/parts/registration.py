@@ -28,7 +28,7 @@ from typing import (
     get_type_hints,
 )
 
-from springpot.machine.arguments import LARGEST, checked_name, finite_number
+from springpot.machine.arguments import LARGEST, check_whole, checked_name, finite_number
 from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts.checks import Checked, as_call, put
 
@@ -805,8 +805,7 @@ class Element(Part, abstract=True):
         super().__post_init__()
         if self.between is not None:
             put(self, between=checked_ends(self.between))
-        if isinstance(self.count, bool) or not isinstance(self.count, int) or not 1 <= self.count <= MOST_EQUAL:
-            raise ValueError(f"count must be a whole number from 1 to {MOST_EQUAL}, not {shown(self.count)}.")
+        check_whole(self.count, "count", 1, MOST_EQUAL)
         if self.count > 1 and ("input" in self.powers or self.together == replace(self, count=1)):
             raise ValueError(f"count must be left out of a {type(self).__name__}: it says nothing of several of them.")
         if not isinstance(self.group, str) or self.group:
