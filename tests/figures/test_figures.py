@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
 import sys
@@ -334,3 +335,11 @@ def test_what_cannot_be_drawn_is_refused_in_a_sentence(
 ) -> None:
     with pytest.raises(error, match=re.escape(says)):
         draw()
+
+
+def test_the_docstring_of_each_picture_has_all_its_parameters_and_no_word_to_be_filled_in() -> None:
+    for name in (name for name in figures.__all__ if name.startswith("plot_")):
+        words = getattr(figures, name).__doc__
+        assert not re.search(r"^    <", words, re.MULTILINE)
+        for parameter in inspect.signature(getattr(figures, name)).parameters:
+            assert re.search(rf"^    [\w*, ]*\b{parameter}\b", words, re.MULTILINE), (name, parameter)
