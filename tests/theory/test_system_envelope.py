@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import math
 
+import numpy as np
 import pytest
 
 import springpot as sp
 from springpot.evidence.reliability import warnings_of
 from springpot.theory import NotCoveredError, envelope, exact, fokker_planck, linear, solve_all
 from springpot.theory.methods.envelope.method import envelope_of_system
+from springpot.theory.numerics.panels import panel_rule
 from tests.sizes import thinned, validation
 from tests.struck import rates_of, speeds_of
 
@@ -85,6 +87,70 @@ def test_linear_systems_with_memory(parts, error: float) -> None:
         assert getattr(found, name) == pytest.approx(getattr(true, name), rel=error, abs=1e-9), name
     if not math.isnan(true.moments["harvested_power"]):
         assert found.harvested_power == pytest.approx(true.harvested_power, rel=2.0 * error)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        (SPRING, cubic(1.0, 0.1), sp.Dashpot(0.4), WHITE, sp.Barrier(-0.5), upper(1.2)),
+        (SPRING, cubic(0.3), sp.Dashpot(0.4), WHITE, sp.Contact(-0.2, 50.0)),
+        (sp.Constant(-2.0), sp.Dashpot(0.5), WHITE, sp.Barrier(0.0)),
+        (cubic(1.0), sp.Dashpot(0.3), WHITE),
+    ],
+)
+def test_densities_with_dashpots_are_exact(parts) -> None:
+    system = sp.System(*parts)
+    found, true = envelope_of_system(system), exact(system)
+    x, v = np.linspace(-4.0, 4.0, 161), np.linspace(-6.0, 6.0, 81)
+    assert found.x_density(x) == pytest.approx(true.x_density(x), abs=1e-5)
+    assert found.v_density(v) == pytest.approx(true.v_density(v), abs=1e-5)
+    assert found.joint_density(x[:, None], v) == pytest.approx(true.joint_density(x[:, None], v), abs=1e-5)
+    if system.walls:
+        speed = np.linspace(0.1, 4.0, 40)
+        assert found.impact_speed_density(speed) == pytest.approx(true.impact_speed_density(speed), abs=1e-5)
+
+
+def test_with_memory_densities_have_the_moments() -> None:
+    system = sp.System(SPRING, cubic(0.5), sp.Springpot(0.5, 0.2), WHITE, sp.Barrier(-0.3))
+    found = envelope(system)
+    (x, dx), (v, dv) = (panel_rule(np.linspace(*ends, 40), 20) for ends in ((-0.3, 8.0), (-16.0, 16.0)))
+    for at, weights, density, square in (
+        (x, dx, found.x_density(x), found.x_mean_square), (v, dv, found.v_density(v), found.v_mean_square),
+    ):  # fmt: skip
+        assert weights @ density == pytest.approx(1.0, abs=1e-4)
+        assert weights @ (density * at**2) == pytest.approx(square, rel=1e-3)
+    assert dx @ found.joint_density(x[:, None], v) @ dv == pytest.approx(1.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("wall", [(), (sp.Barrier(-1.0, free_side="above"),)])
+def test_the_cycles_in_closed_form_are_those_by_quadrature(wall) -> None:
+    """Moments, densities and the diffusion of an oscillator, by both."""
+    system = sp.System(SPRING, sp.Springpot(0.5, 0.1), WHITE, *wall)
+    closed, found = envelope(system), envelope_of_system(system)
+    for name in MOMENTS:
+        wanted = getattr(closed, name)
+        assert getattr(found, name) == pytest.approx(wanted, rel=3e-3, abs=1e-9, nan_ok=True), name
+    assert found.relaxation_rates[:3] == pytest.approx(closed.relaxation_rates[:3], rel=3e-3)
+    assert found.amplitude_mean_square_at([3.0, 20.0]) == pytest.approx(
+        closed.amplitude_mean_square_at([3.0, 20.0]), rel=3e-3
+    )
+    for level in ({"amplitude": 6.0}, {"energy": 18.0}):
+        assert found.first_passage(**level).mean_time == pytest.approx(
+            closed.first_passage(**level).mean_time, rel=0.01
+        )
+    x = np.linspace(-0.9, 5.0, 60)
+    assert found.x_density(x) == pytest.approx(closed.x_density(x), abs=2e-3)
+    assert found.v_density(x) == pytest.approx(closed.v_density(x), abs=1e-3)
+
+
+def test_what_needs_a_linear_spring_says_so() -> None:
+    found = envelope(sp.System(cubic(1.0), sp.Dashpot(0.3), WHITE))
+    assert found.relaxation_rates[0] > 0.0
+    for ask in (lambda: found.first_passage(amplitude=1.0), lambda: found.amplitude_mean_square_at(1.0)):
+        with pytest.raises(NotCoveredError, match="linear spring"):
+            ask()
+    with pytest.raises(NotCoveredError):
+        found.first_passage(x=1.0)
 
 
 # --- Monte Carlo ---------------------------------------------------------------------------------------------------

@@ -307,10 +307,9 @@ def _envelope_of(system: System, place: str) -> Envelope | None:
     if place not in ("", *system.points):
         return None
     try:
-        solved = envelope(system)
+        return envelope(system)
     except ValueError:
         return None
-    return solved if isinstance(solved, Envelope) else None
 
 
 def _of_the_envelope(solved: Envelope | None, levels: Floats, both: bool) -> dict[str, Floats]:

@@ -19,6 +19,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -28,6 +29,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.theory.methods.envelope.arcs import Arcs, Heights, arcs_at, missing_sinc
 from springpot.theory.methods.envelope.balance import Balance
+from springpot.theory.methods.envelope.cycles import CyclesInWell
 from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.numerics.tabulated import Tabulated, signed_root
 
@@ -38,6 +40,8 @@ _FINER = 6  # panels added towards the first striking cycle, where A and w vary 
 _NODES = 24  # on a panel, of the integral that normalizes
 _STEPS = 80
 _CONVERGED = 3e-15
+_ON_PANEL = 24  # labels on a panel among which that of a point in the plane is found
+_WIDER = np.array([0.0, 0.03, 0.12, 0.4, 1.0])
 _UNLIKELY = 35.0  # the tables end where the density per label has fallen by e^-35
 
 
@@ -144,6 +148,12 @@ class Portrait:
         density[inside] = self._height(label) * cycles.mean_jacobian / cycles.jacobian(place)
         density[inside] *= label < self.edges[-1]
         return density.reshape(x.shape)
+
+    def x_density(self, x: Floats) -> Floats:
+        return self.x.density(x)
+
+    def v_density(self, v: Floats) -> Floats:
+        return self.v.density(v)
 
     def weight(self, label: Floats) -> Floats:
         """Probability per label."""
@@ -347,6 +357,97 @@ def _outlines(empty: Portrait, edges: Floats) -> Portrait:
     to_series = np.linalg.inv(chebyshev.chebvander(places, _DEGREE)).T
     series = np.stack([w @ to_series, share @ to_series], axis=-1)
     return replace(empty, edges=edges, clear=clear, series=series, base=base)
+
+
+class Densities(Protocol):
+    """Densities of displacement and velocity, seen from the origin of the problem."""
+
+    def joint(self, x: Floats, v: Floats) -> Floats:
+        """Of both."""
+
+    def x_density(self, x: Floats) -> Floats:
+        """Of the displacement."""
+
+    def v_density(self, v: Floats) -> Floats:
+        """Of the velocity."""
+
+
+@dataclass(frozen=True)
+class DensityInWell:
+    """Densities of cycles in any well, by their probabilities per action, each spread evenly over the time of a cycle.
+
+    The cycle through (x, v) is that on which F = A + B x - k x^2 / 2 - U(x) - v^2 / 2 is 0, where A, B and k, its own
+    stiffness, depend on the label l.  The flow along cycles keeps areas, so d(x, v) / d(l, t) is dF / dl.
+    """
+
+    balance: Balance
+
+    @cached_property
+    def _table(self) -> tuple[Floats, Floats, Floats]:
+        """A, B and k, a row each; their slopes; and -ln of the density in the plane, with the mean of dF / dl."""
+        law, cycles = self.balance, self.balance.cycles
+        assert isinstance(cycles, CyclesInWell)
+        k, least, centre = cycles.stiffness, cycles.least, cycles.centre
+        height = cycles.energy + law.problem.potential.energy(least) + 0.5 * k * least * (least - 2.0 * centre)
+        columns = np.stack([height, k * centre, k], axis=1)
+        slopes = np.stack([law.labels.derivative(column) for column in columns.T], axis=1)
+        mean_slope = np.sum(slopes * np.stack([np.ones_like(k), cycles.mean, -0.5 * cycles.x_square], axis=1), axis=1)
+        area = cycles.period * mean_slope
+        fall = law.fall - np.log(np.maximum(law.measure / area, 1e-300)) if law.problem.remembers else law.fall
+        total = float(np.sum(law.labels.weights.ravel() * np.exp(-fall) * area))
+        columns = np.concatenate([columns, slopes, np.stack([fall + math.log(total), mean_slope], axis=1)], axis=1)
+        found = law.labels.interpolate(columns, panel_rule(law.labels.edges, _ON_PANEL)[0]).T
+        return found[:3], found[3:6], found[6:]
+
+    def joint(self, x: Floats, v: Floats) -> Floats:
+        x, v = np.broadcast_arrays(x, v)
+        potential = self.balance.problem.potential
+        inside = (x >= potential.low) & (x <= potential.high)
+        x = np.where(inside, x, 0.0)
+        levels, slopes, (fall, mean_slope) = self._table
+        powers = np.stack([np.ones_like(x), x, -0.5 * x * x])
+        energy = potential.energy(x) + 0.5 * v * v
+
+        def at(rows: Floats, node: NDArray[np.intp]) -> Floats:
+            return np.asarray(np.sum(rows[:, node] * powers, axis=0))
+
+        last = fall.size - 1
+        low, high = np.zeros(x.shape, dtype=np.intp), np.full(x.shape, last)
+        for _ in range(last.bit_length()):
+            middle = (low + high) // 2
+            beyond = at(levels, middle) > energy
+            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+        low = np.minimum(low, last - 1)
+        high = low + 1
+        lower, upper = at(levels, low) - energy, at(levels, high) - energy
+        part = np.clip(-lower / (upper - lower), 0.0, 1.0)
+
+        def between(first: Floats, second: Floats) -> Floats:
+            return first + (second - first) * part
+
+        slope = between(at(slopes, low), at(slopes, high))
+        density = np.exp(-between(fall[low], fall[high])) * between(mean_slope[low], mean_slope[high]) / slope
+        return np.where(inside & (at(levels, np.full(x.shape, last)) > energy), density, 0.0)
+
+    def x_density(self, x: Floats) -> Floats:
+        levels, _, _ = self._table
+        potential = self.balance.problem.potential
+        inside = np.clip(x, potential.low, potential.high)
+        room = levels[0, -1] + levels[1, -1] * inside - 0.5 * levels[2, -1] * inside**2 - potential.energy(inside)
+        unit, weights = panel_rule(_WIDER, _CROSS)
+        top = np.sqrt(2.0 * np.maximum(room, 0.0))[..., None]
+        return np.asarray(2.0 * np.sum(self.joint(x[..., None], top * unit) * top * weights, axis=-1))
+
+    def v_density(self, v: Floats) -> Floats:
+        cycles = self.balance.cycles
+        assert isinstance(cycles, CyclesInWell)
+        left, right = float(cycles.left.min()), float(cycles.right.max())
+        rest = float(cycles.least[0])
+        sides = [rest + (end - rest) * _WIDER for end in (left, right) if end != rest]
+        x, weights = (
+            np.concatenate(each) for each in zip(*(panel_rule(side, 2 * _CROSS) for side in sides), strict=True)
+        )
+        return np.asarray(np.sum(self.joint(x, v[..., None]) * np.abs(weights), axis=-1))
 
 
 def _grid(low: float, high: float, corner: float) -> Floats:

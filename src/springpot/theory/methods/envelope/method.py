@@ -66,7 +66,7 @@ from springpot.theory.distributions import times
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Balance, Cells, balance
 from springpot.theory.methods.envelope.cycles import REACH, CyclesInWell, Problem
-from springpot.theory.methods.envelope.density import Portrait, portrait
+from springpot.theory.methods.envelope.density import Densities, DensityInWell, Portrait, portrait
 from springpot.theory.methods.envelope.impacts import Impacts, impacts
 from springpot.theory.methods.envelope.losses import DAMPINGS, changed
 from springpot.theory.methods.envelope.walls import endless_walls, is_endless, is_smooth
@@ -75,7 +75,7 @@ from springpot.theory.numerics.equations import roots_of
 from springpot.theory.numerics.tabulated import Tabulated
 from springpot.theory.problem import Problem as PaperProblem
 from springpot.theory.problem import Units, at_rest, endless, paper_covered, problem_and_units
-from springpot.theory.result import NEVER_STRUCK, ROUNDED, Moments, Result, moments_of
+from springpot.theory.result import NEVER_STRUCK, ROUNDED, Moments, moments_of
 
 _DEEPEST_PRELOAD = 100.0  # in units of sqrt(q / Omega^3); the cycles are much smaller than a deeper one
 _STRONGEST = 3.0  # the largest c between orders 0 and 1, where errors are already large
@@ -97,7 +97,7 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
     Parameters
     ----------
     balance : Balance or None
-        The converged balance, dimensionless; None without a stationary state or without noise.
+        The converged balance, of the paper's problem dimensionless; None without a stationary state or without noise.
 
     Notes
     -----
@@ -106,6 +106,10 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
     The mean of the density of impact speeds is the moment ``impact_speed_mean`` to 0.1 % for c up to 1, b from -1 to 1
     and r from 0.5.  Where cycles of different size cross, those that cross are left out of it, and its mean was up to
     18 % off (c = 3, b = -1, r = 0.5): there the moments are more accurate.
+
+    Of other systems than the paper's problem the densities of x and v, and the transients, are those of the cycles,
+    without the correction for sudden losses; the densities of amplitude and energy, and the first passage of x, are of
+    that problem alone.
     """
 
     balance: Balance | None = field(repr=False, compare=False)
@@ -114,7 +118,7 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
     def frequency(self) -> float:
         """Mean angular frequency of the arcs, in rad/s: that of the spring and of the springpot in phase with it."""
         law = self._stationary_law()
-        return float(law.balance.plane @ np.sqrt(law.balance.cycles.arc)) / law.units.time
+        return float(law.balance.plane @ np.sqrt(np.maximum(law.balance.cycles.arc, 0.0))) / law.units.time
 
     @property
     def relaxation_rates(self) -> Floats:
@@ -155,7 +159,10 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
         if self._law is None and not isinstance(self.stationary, str):
             return np.full(t.shape, self.amplitude_mean_square)
         law = self._stationary_law()
-        square = law.cells.cycles.x_square + law.kappa * law.cells.cycles.v_square
+        if math.isnan(law.kappa):
+            raise NotCoveredError("The amplitude is that of a linear spring, and here there is none.")
+        cycles, origin = law.cells.cycles, law.balance.problem.origin
+        square = cycles.x_square + origin * (2.0 * cycles.mean + origin) + law.kappa * cycles.v_square
         probability = law.cells.diffusion.from_rest(t.ravel() / law.units.time) * law.cells.area
         mean = np.asarray(probability @ square / probability.sum(axis=1))
         return mean.reshape(t.shape) * law.units.length**2
@@ -231,16 +238,18 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
         level = finite_number(level, name, low=0.0, open_low=True)
         if distance is not None:
             return self._first_passage_of_x(level, both=True)
-        kappa = law.kappa
+        kappa, omega = law.kappa, self.system.natural_frequency
+        if math.isnan(omega):
+            raise NotCoveredError(f"The first passage of {name} needs a linear spring, and here there is none.")
         if energy is not None:
-            level = math.sqrt(2.0 * level) / self.paper.natural_frequency  # of the amplitude with this energy
+            level = math.sqrt(2.0 * level) / omega  # of the amplitude with this energy
         else:
-            kappa *= (self.paper.natural_frequency / self.paper.resonance) ** 2
+            kappa *= (omega / self.system.resonance) ** 2
         largest = _largest_amplitude(law.cells, kappa) * law.units.length
         if not largest[0] < level < largest[-1]:
             ends = largest[0], largest[-1]
             if energy is not None:
-                ends = tuple(0.5 * (self.paper.natural_frequency * end) ** 2 for end in ends)
+                ends = tuple(0.5 * (omega * end) ** 2 for end in ends)
             raise ValueError(
                 f"{name} must be a level between {ends[0]:g} (rest) and {ends[1]:g} (which is never reached), not "
                 f"{given[name]:g}."
@@ -282,11 +291,11 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
 
 @dataclass(frozen=True)
 class _Law:
-    """Densities and diffusion of a converged balance, computed at first use; dimensionless."""
+    """Densities and diffusion of a converged balance, computed at first use; of the paper's problem dimensionless."""
 
     units: Units
     balance: Balance
-    impacts: Impacts | None
+    impacts: list[Impacts]
     kappa: float  # (frequency of the units / Omega)^2: A^2 = x^2 + kappa v^2
     ratio: Callable[[Floats], Floats] = np.ones_like  # of the density to the stationary one
 
@@ -297,8 +306,15 @@ class _Law:
 
     @cached_property
     def portrait(self) -> Portrait:
-        """The cycles in the plane of x and v."""
+        """The arcs in the plane of x and v."""
+        if not self.balance.problem.closed:
+            raise NotCoveredError("The densities of amplitude and energy are those of the paper's problem.")
         return portrait(self.balance, self.ratio)
+
+    @cached_property
+    def _in_plane(self) -> Densities:
+        """Of displacement and velocity."""
+        return self.portrait if self.balance.problem.closed else DensityInWell(self.balance)
 
     def later(self, time: float) -> _Law:
         """The same at a time from rest."""
@@ -313,15 +329,15 @@ class _Law:
 
     def x(self, x: Floats) -> Floats:
         """Density of the displacement."""
-        return self.portrait.x.density(x)
+        return self._in_plane.x_density(x)
 
     def v(self, v: Floats) -> Floats:
         """Density of the velocity."""
-        return self.portrait.v.density(v)
+        return self._in_plane.v_density(v)
 
     def joint(self, x: Floats, v: Floats) -> Floats:
         """Density of both."""
-        return self.portrait.joint(x, v)
+        return self._in_plane.joint(x, v)
 
     def amplitude(self, amplitude: Floats) -> Floats:
         """Density of sqrt(x^2 + kappa v^2)."""
@@ -329,11 +345,13 @@ class _Law:
 
     def impact_speed(self, speed: Floats) -> Floats:
         """Density of the speed just before an impact."""
-        if self.impacts is None or not self.impacts.speeds.size:
+        known = [each for each in self.impacts if each.rate > 0.0 or math.isnan(each.rate)]
+        if not known or not all(each.speeds.size for each in known):
             raise NotCoveredError(
                 "There is no density of impact speeds: no impacts happen, or infinitely many of speed 0."
             )
-        return Tabulated.make(self.impacts.speeds, self.impacts.density).density(speed)
+        of_walls = (each.rate * Tabulated.make(each.speeds, each.density).density(speed) for each in known)
+        return np.asarray(sum(of_walls) / sum(each.rate for each in known))
 
     @cached_property
     def _energy_table(self) -> Tabulated:
@@ -352,9 +370,8 @@ def envelope_of_paper(system: System) -> Envelope:
     else:
         problem, units = problem_and_units(paper, order_0_is_spring=True)
         settled, (mean, square, v_square), struck = _solved(problem)
-        one = struck[0] if struck else None
-        law = _Law(units, settled, one, (units.frequency / paper.natural_frequency) ** 2)
-        hit = (one.rate, one.speed_mean, one.speed_mean_square) if one else NEVER_STRUCK
+        law = _Law(units, settled, struck, (units.frequency / paper.natural_frequency) ** 2)
+        (hit,) = [(each.rate, each.speed_mean, each.speed_mean_square) for each in struck] or [NEVER_STRUCK]
         stationary = units.moments(system, mean, square, v_square, hit)
     return Envelope(
         method="envelope",
@@ -412,8 +429,7 @@ def _without(paper: Dimensionless) -> str | None:
 def _largest_amplitude(cells: Cells, kappa: float) -> Floats:
     """Largest sqrt(x^2 + kappa v^2) along each cycle, at its ends or between them."""
     x, v = cells.cycles.path(cells.problem, np.linspace(0.0, 1.0, _PLACES))
-    x = x + cells.problem.origin
-    ways = [(x, v)]
+    ways = [(x + cells.problem.origin, v)]
     if cells.stretch is not None:
         ways = [(cells.stretch.x(x), cells.stretch.v(way * v)) for way in (-1.0, 1.0)]
     largest = np.max([np.max(x * x + kappa * v * v, axis=1) for x, v in ways], axis=0)
@@ -458,7 +474,7 @@ def _warnings(paper: Dimensionless, law: _Law | None) -> tuple[str, ...]:
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
-def envelope(system: System) -> Envelope | Result:
+def envelope(system: System) -> Envelope:
     """Solve a system by diffusion of its energy, with the mean field of the envelope.
 
     Parameters
@@ -470,8 +486,7 @@ def envelope(system: System) -> Envelope | Result:
 
     Returns
     -------
-    Envelope or Result
-        The former of the paper's problem.
+    Envelope
 
     Raises
     ------
@@ -488,7 +503,7 @@ def envelope(system: System) -> Envelope | Result:
     >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
     (6.5, 0.207)
     """
-    solve: Callable[[System], Envelope | Result] = form_of(system, envelope_of_paper, envelope_of_system)
+    solve: Callable[[System], Envelope] = form_of(system, envelope_of_paper, envelope_of_system)
     return solve(system)
 
 
@@ -498,7 +513,7 @@ def check_covered(system: System) -> None:
     check(system)
 
 
-def envelope_of_system(system: System) -> Result:
+def envelope_of_system(system: System) -> Envelope:
     """Solve a system by diffusion of the energy of its cycles.
 
     Parameters
@@ -509,7 +524,7 @@ def envelope_of_system(system: System) -> Result:
 
     Returns
     -------
-    Result
+    Envelope
 
     Raises
     ------
@@ -547,15 +562,17 @@ def envelope_of_system(system: System) -> Result:
     """
     system = checked_system(system)
     problem = check_system_covered(system)
-    warnings: tuple[str, ...] = ()
+    law, warnings = None, tuple[str, ...]()
     stationary: Moments | str
     if isinstance(problem, str):
         stationary = problem
-    elif isinstance(law := balance(problem), str):
-        stationary = law
+    elif isinstance(settled := balance(problem), str):
+        stationary = settled
     else:
-        stationary, warnings = _moments_of_system(system, law), tuple(_warnings_of_system(law))
-    return Result(
+        stationary, struck = _moments_of_system(system, settled)
+        law = _Law(Units(1.0, 1.0, 1.0, 1.0, settled.problem.origin), settled, struck, system.natural_frequency**-2)
+        warnings = tuple(_warnings_of_system(settled))
+    return Envelope(
         method="envelope",
         system=system,
         stationary=stationary,
@@ -568,6 +585,8 @@ def envelope_of_system(system: System) -> Result:
         ),
         warnings=warnings,
         is_exact=not isinstance(problem, str) and _is_exact(problem),
+        balance=None if law is None else law.balance,
+        _law=law,
     )
 
 
@@ -665,14 +684,14 @@ def _is_exact(problem: Problem) -> bool:
     return not (problem.remembers or rough or other or lossy)
 
 
-def _moments_of_system(system: System, law: Balance) -> Moments:
+def _moments_of_system(system: System, law: Balance) -> tuple[Moments, list[Impacts]]:
     problem = law.problem
     _, (mean, square, v_square), struck = changed(law, impacts(law))
     x_square = problem.origin * (problem.origin + 2.0 * mean) + square
     harvests = problem.circuits and problem.unit.temperature == 0.0
     power = law.average(law.rates.electric) * system.inertia if harvests else None
     hits = [(each.rate, each.speed_mean, each.speed_mean_square) for each in struck]
-    return moments_of(system, [(problem.origin + mean, x_square, v_square)], (), hits, power)
+    return moments_of(system, [(problem.origin + mean, x_square, v_square)], (), hits, power), struck
 
 
 def _warnings_of_system(law: Balance) -> Iterator[str]:
