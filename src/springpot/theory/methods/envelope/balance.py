@@ -37,7 +37,7 @@ from springpot.theory.numerics.equations import Anderson
 from springpot.theory.numerics.panels import Labels, panel_rule
 from springpot.theory.problem import Problem as PaperProblem
 
-_FINE_CELLS, _FINE_NODES = 450, 10  # in all, and at least in a panel: the fluxes of the diffusion are of second order
+_FINE_NODES, _FEWEST, _FINE_CELLS = 30, 10, 450  # of a panel, at least, and in all: the fluxes are of second order
 _FAR, _FAR_IN_WELL = 45.0, 42.0  # the density of arcs, and the share of others in the mean energy, end at e^-45, e^-42
 _LOWEST, _HIGHEST = -50.0, 40.0  # decades of energy that are searched, in m^2/s^2
 _STEPS, _FREE = 40, 19  # largest number of steps, and of steps without damping
@@ -218,7 +218,7 @@ class Balance:
     def cells(self) -> Cells:
         """The same cycles on a finer grid, for the diffusion in time."""
         panels = self.labels.edges.size - 1
-        label, measure = panel_rule(self.labels.edges, max(_FINE_CELLS // panels, _FINE_NODES))
+        label, measure = panel_rule(self.labels.edges, min(max(_FINE_CELLS // panels, _FEWEST), _FINE_NODES))
         columns = np.stack([self.rates.action, self.measure, self.fall, self.mobility, self.area], axis=1)
         action, slope, fall, mobility, area = self.labels.interpolate(columns, label).T
         density = np.exp(-fall)
