@@ -268,10 +268,8 @@ def thinned(frequency: Floats, density: Floats, tolerance: float) -> tuple[Float
         level = np.concatenate([outer[:1], mean, outer[1:]])
         for share in _SHARES:
             kept = _break_points(at, level, share * tolerance)
-            points, values = at[kept], level[kept]
-            sides = np.concatenate(
-                [u[:1], 0.5 * (points[1:] + points[:-1]), u[-1:]]
-            )  # of what is nearest to each point
+            points, values = at[kept], level[kept]  # and the sides of what is nearest to each point
+            sides = np.concatenate([u[:1], 0.5 * (points[1:] + points[:-1]), u[-1:]])
             for _ in range(_ROUNDS):
                 near = np.diff(integral(sides))
                 own = np.diff(integral_to(points, values, sides))

@@ -30,9 +30,7 @@ class Memory(NamedTuple):
     recent1: np.floating  # full weight of the one before the last, which is not in the modes yet; and so on
     recent2: np.floating
     recent3: np.floating
-    turns: npt.NDArray[
-        np.floating
-    ]  # of circuits with a coil, as `springpot.simulation.kernel.motion.remember` has them
+    turns: npt.NDArray[np.floating]  # of circuits with a coil, as in `springpot.simulation.kernel.motion.remember`
 
 
 def answer_of_springpot(order: float, coefficient: float, step: float) -> float:

@@ -13,7 +13,7 @@ R. E. Barlow and R. Campo, "Total time on test processes", in Reliability and Fa
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -127,7 +127,7 @@ def rate_of(times: Floats, horizon: float, settling: float) -> PassageRate:
                 tested = f"{events or 'no'} passage{'s are' if events != 1 else ' is'} too few to test it"
             said = f"the rate is taken for constant after {since:.3g} s, which are left out; {tested}."
             return PassageRate(events / exposure, error, low, high, "s-1", said, since, events, exposure, p_value)
-        found = PassageRate(math.nan, math.nan, math.nan, math.nan, "s-1", "", since, events, exposure, p_value)
+        found = replace(found, since=since, events=events, exposure=exposure, p_value=p_value)
         since *= 2.0
     if math.isinf(settling):
         said = "the motion has no stationary state, in which the rate of passages would be constant."
@@ -138,7 +138,7 @@ def rate_of(times: Floats, horizon: float, settling: float) -> PassageRate:
         said = f"the rate of passages is constant at the earliest after {settling:.3g} s: use a run of twice that time."
     else:
         said = "no path is left after the start whose passages could be counted: use a higher level."
-    return PassageRate(*(math.nan,) * 4, "s-1", said, found.since, found.events, found.exposure, found.p_value)
+    return replace(found, statement=said)
 
 
 def uniformity(sample: Floats) -> float:

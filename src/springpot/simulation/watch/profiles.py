@@ -131,11 +131,9 @@ class Bins(Request):
         edges = _checked_edges(wishes["profile"], plan.settings, len(moved) + len(fast) + 1)
         for signal in moved:
             yield cls.of(signal, edges, plan.settings)
-        for name, signal in fast.items():
+        for name, signal in fast.items():  # the same, but not slow ones
             own = {"counted_impact_speed": f"{name.removesuffix('impact_speed')}counted_impact_speed"}
-            yield cls.of(
-                replace(signal, names=own), edges, plan.settings, slowest or 0.0
-            )  # the same, but not slow ones
+            yield cls.of(replace(signal, names=own), edges, plan.settings, slowest or 0.0)
 
     @classmethod
     def of(cls, signal: Signal, edges: npt.NDArray[np.int64], settings: Settings, slowest: float = 0.0) -> Bins:
@@ -297,24 +295,24 @@ def _over_paths(sums: Floats, motion: Motion, settings: Settings) -> tuple[Float
     return mean, np.sqrt(np.maximum(square / paths - mean * mean, 0.0) / (paths - 1))
 
 
-def _wanted(motion: Motion, signal: Signal) -> list[tuple[str, int, float]]:
+def _wanted(motion: Motion, signal: Signal) -> Iterator[tuple[str, int, float]]:
     """Name, sum and factor of each result of a displacement."""
-    found = []
     if "x" in signal.names:
-        found += [(f"{signal.names['x']}_mean", _X, 1.0), (f"{signal.names['x']}_mean_square", _XX, 1.0)]
+        yield f"{signal.names['x']}_mean", _X, 1.0
+        yield f"{signal.names['x']}_mean_square", _XX, 1.0
     if "v" in signal.names:
-        found.append((f"{signal.names['v']}_mean_square", _VV, 1.0))
+        yield f"{signal.names['v']}_mean_square", _VV, 1.0
     if "impact_speed" in signal.names and motion.touched:
         start = signal.names["impact_speed"].removesuffix("impact_speed")
-        found.append((f"{start}impact_rate", _HITS, 1.0))
+        yield f"{start}impact_rate", _HITS, 1.0
         if not motion.uncounted_because(mean := f"{start}impact_speed_mean"):
-            found.append((mean, _SPEEDS, 1.0))
+            yield mean, _SPEEDS, 1.0
         if not math.isnan(taken := _taken(motion, signal)):
-            found.append((f"{start}impact_power", _SQUARES, taken))
+            yield f"{start}impact_power", _SQUARES, taken
     if "counted_impact_speed" in signal.names:
         mean = f"{signal.names['counted_impact_speed']}_mean"
-        found += [(f"{mean.removesuffix('speed_mean')}rate", _HITS, 1.0), (mean, _SPEEDS, 1.0)]
-    return found
+        yield f"{mean.removesuffix('speed_mean')}rate", _HITS, 1.0
+        yield mean, _SPEEDS, 1.0
 
 
 def _taken(motion: Motion, signal: Signal) -> float:
