@@ -14,7 +14,7 @@ has the law of the integrals themselves: there is no error of the step, however 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy import linalg
@@ -101,21 +101,18 @@ def _uncertainty(move: Floats, seen: Floats, spread: Floats, cross: Floats, unse
     return h
 
 
-def _in_pairs(filters: Sequence[Filter]) -> list[Filter]:
+def _in_pairs(filters: Sequence[Filter]) -> Iterator[Filter]:
     """The same filters with an even number of states each: single ones are joined two by two."""
-    pairs = [filter for filter in filters if filter.output.size > 1]
+    yield from (filter for filter in filters if filter.output.size > 1)
     single = [filter for filter in filters if filter.output.size == 1]
     silent = Filter(-np.ones((1, 1)), np.zeros((1, 1)), np.zeros(1))
     single += [silent] * (len(single) % 2 if filters else 2)
     for first, second in zip(single[::2], single[1::2], strict=True):
-        pairs.append(
-            Filter(
-                linalg.block_diag(first.matrix, second.matrix),
-                linalg.block_diag(first.noise, second.noise),
-                np.concatenate([first.output, second.output]),
-            )
+        yield Filter(
+            linalg.block_diag(first.matrix, second.matrix),
+            linalg.block_diag(first.noise, second.noise),
+            np.concatenate([first.output, second.output]),
         )
-    return pairs
 
 
 def over_a_step(block: Filter) -> tuple[Floats, Floats, Floats]:

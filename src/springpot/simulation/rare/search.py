@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -513,29 +513,29 @@ class _Repetitions:
         own = float(weights.mean() + 2.0 * _error(weights)) if self.splits else UPPER / (self.paths * len(weights))
         return min(self.most, own) if not self.last.any() else 1.0
 
-    def _doubts(self, p: Floats, error: Floats, low: Floats, high: Floats, reason: str) -> list[Message]:
+    def _doubts(self, p: Floats, error: Floats, low: Floats, high: Floats, reason: str) -> Iterator[Message]:
         rtol, of = self.rtol, {"name": self.event.name, "unit": self.event.unit}
         motion, seen = self.simulation.motion, {k for each in self.event.observers for k in each.signal.outputs}
-        said = about_shocks(motion.system, [self.event.name], {})
-        said += about_contacts(motion, self.simulation.settings.step, [[*motion.outputs][k] for k in sorted(seen)], {})
+        names = [[*motion.outputs][k] for k in sorted(seen)]
+        yield from about_shocks(motion.system, [self.event.name], {})
+        yield from about_contacts(motion, self.simulation.settings.step, names, {})
         if not p.all():
             n = int(np.argmin(p))
-            said.append(say("level_not_reached", **of, level=self.event.given[n], most=high[n]))
+            yield say("level_not_reached", **of, level=self.event.given[n], most=high[n])
         if reason and (error > rtol * p).any():
             n = int(np.argmax(error / np.where(p > 0.0, p, math.inf)))
             known = {"reached": per_cent(error[n] / p[n]), "rtol": per_cent(rtol), "reason": reason}
-            said.append(say("rare_not_known", **of, level=self.event.given[n], **known))
+            yield say("rare_not_known", **of, level=self.event.given[n], **known)
         with np.errstate(divide="ignore", invalid="ignore"):
             wide = np.nan_to_num(np.log(p / low) / (NORMAL * error / p), posinf=0.0)
         if self.splits and wide.max() > WIDE:
             n = int(np.argmax(wide))
             ends = {"low": f"{low[n]:.2g}", "high": f"{high[n]:.2g}"}
-            said.append(say("wide_interval", **of, level=self.event.given[n], times=wide[n], **ends))
+            yield say("wide_interval", **of, level=self.event.given[n], times=wide[n], **ends)
         if self.splits and p.any():
             spread, largest = _spread(self.rarest), float(self.rarest.max() / self.rarest.sum())
             if spread > DOUBTFUL or largest > LARGEST_SHARE:
-                said.append(say("uneven_repetitions", **of, spread=spread, most=per_cent(largest)))
-        return said
+                yield say("uneven_repetitions", **of, spread=spread, most=per_cent(largest))
 
 
 def unknown(event: Event) -> ExceedanceCurve:
