@@ -66,7 +66,7 @@ def signals_of(system: System) -> tuple[Signal, ...]:
     ...     Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(1.0, between=("ground", "a")),
     ...     gap=Barrier(-0.1, between=("a", "b")), floor=Barrier(-1.0, between=("ground", "b")),
     ... )
-    >>> for each in seen_of(pair):
+    >>> for each in signals_of(pair):
     ...     print(each.number, each.names)
     0 {'x': 'a_x', 'v': 'a_v'}
     1 {'x': 'b_x', 'v': 'b_v', 'impact_speed': 'floor_impact_speed'}
