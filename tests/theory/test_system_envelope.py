@@ -143,6 +143,32 @@ def test_the_cycles_in_closed_form_are_those_by_quadrature(wall) -> None:
     assert found.v_density(x) == pytest.approx(closed.v_density(x), abs=1e-3)
 
 
+def test_fast_impacts_between_lossy_walls_are_rare() -> None:
+    """Without a spring slow flights are long: the law of a free mass had many fast returns from them."""
+    system = sp.System(sp.Dashpot(0.3), WHITE, sp.Barrier(-1.0, 0.8), upper(1.0, 0.8))
+    found = envelope(system)
+    speed, weights = panel_rule(np.linspace(0.0, 20.0, 81), 12)
+    density = found.impact_speed_density(speed)
+    assert weights @ density == pytest.approx(1.0, abs=1e-3)
+    assert weights @ (density * speed) == pytest.approx(found.impact_speed_mean, rel=1e-3)
+    assert weights @ (density * speed**2) == pytest.approx(found.impact_speed_mean_square, rel=1e-3)
+    assert np.all(np.diff(density[speed > 2.0]) <= 0.0)
+
+
+@pytest.mark.parametrize("walls", [(), (sp.Barrier(-1.0, 0.9), upper(0.7, 0.8))])
+def test_a_long_time_from_rest_is_the_stationary_state(walls) -> None:
+    found = envelope(sp.System(SPRING, cubic(0.3), sp.Springpot(0.5, 0.3), WHITE, *walls))
+    assert found.amplitude_mean_square_at(math.inf) == pytest.approx(found.amplitude_mean_square, rel=1e-4)
+
+
+def test_what_has_no_density_says_so() -> None:
+    for parts in ((sp.ColoredNoise(1.0, 0.3), sp.Barrier(-0.5)), (WHITE, sp.Contact(-0.2, 50.0))):
+        with pytest.raises(NotCoveredError, match="contact or without white noise"):
+            envelope(sp.System(SPRING, sp.Springpot(0.5, 0.3), *parts)).impact_speed_density(1.0)
+    with pytest.raises(NotCoveredError, match="amplitude and energy of the paper's problem alone"):
+        envelope(sp.System(SPRING, cubic(1.0), sp.Dashpot(0.3), WHITE)).amplitude_density(1.0)
+
+
 def test_what_needs_a_linear_spring_says_so() -> None:
     found = envelope(sp.System(cubic(1.0), sp.Dashpot(0.3), WHITE))
     assert found.relaxation_rates[0] > 0.0

@@ -180,7 +180,11 @@ def with_short_returns(
     gain = [moment(n, power, k) / moment(elastic_flux, 2.0, k) for k in (0, 1, 2)]
     per_rate, mean, square = (factor * each for factor, each in zip(gain, regular, strict=True))
     table = np.union1d(v, v[-1] * np.linspace(0.0, 1.0, _TABLE + 1)[1:-1])
-    gained = PchipInterpolator(np.log(v), n / elastic_flux)(np.log(table))
+    ratio = n / elastic_flux
+    # the fastest hardly come from short returns; without a spring slow flights are long, and a free mass gets too fast
+    fast = int(np.argmin(ratio))
+    ratio[fast:] = np.minimum(ratio[fast:], max(float(ratio[fast]), 1.0))
+    gained = PchipInterpolator(np.log(v), ratio)(np.log(table))
     # the energy loss per unit of time, proportional to the second moment of the flux, is that of the envelope
     return Impacts(
         rate=per_rate / gain[2],
