@@ -12,12 +12,16 @@ from pathlib import Path
 
 import pytest
 from _pytest.doctest import DoctestModule
+from hypothesis import settings
 
 from springpot.machine.crew import ONE_THREAD
 
 # NumPy reads them when it is loaded, which none of the plugins named in pyproject.toml does
 for name, number in ONE_THREAD.items():
     os.environ.setdefault(name, number)
+
+settings.register_profile("untimed", deadline=None)  # a busy machine makes no test fail
+settings.load_profile("untimed")
 
 gc.disable()  # until the tests are collected, which makes much and drops little
 

@@ -102,7 +102,7 @@ def test_transient_is_the_integral_of_the_squared_response(alpha, c):
 
 
 @given(st.sampled_from([0.1, 0.5, 0.9]), st.floats(0.01, 10.0), st.floats(0.1, 20.0))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_correlation_is_the_transform_of_the_spectrum(alpha, c, lag):
     result = exact(oscillator(alpha, c))
     width = c / 2
@@ -362,7 +362,7 @@ def test_far_away_nothing_is_left():
 
 
 @given(st.floats(0.001, 1.0), st.floats(1e-8, 1e8), st.floats(1e-3, 1e3), st.floats(1e-6, 1e6))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_always_finite(alpha, coefficient, omega, q):
     result = exact(oscillator(alpha, coefficient, omega, q))
     assert isinstance(result, Exact)
