@@ -114,7 +114,7 @@ class Densities(WithLaw[L]):
 
     @numbers_only
     def v_density(self, velocity: ArrayLike, time: float | None = None) -> Floats:
-        """Density of the velocity, in s/m; with a lossy wall it is not symmetric.
+        """Density of the velocity, in s/m; with a lossy wall it is not symmetric, where a method has that.
 
         Parameters and errors are those of `x_density`, with v in m/s.
 
@@ -203,7 +203,7 @@ class DensitiesOfAmplitude(Densities[A]):
         >>> float(sp.theory.averaging(sp.Oscillator()).energy_density(1.0).round(4))
         0.3645
         """
-        omega, h = self.paper.natural_frequency, np.asarray(energy)
+        omega, h = self.system.natural_frequency, np.asarray(energy)
         a = np.sqrt(np.maximum(2.0 * h, np.finfo(float).tiny)) / omega
         return np.where(h >= 0.0, self._amplitude(a, time) / (omega * omega * a), 0.0)
 

@@ -263,13 +263,14 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
 
     def _first_passage_of_x(self, level: float, *, both: bool) -> FirstPassage:
         """First passage of x on one side, or on both: the largest x of a cycle is looked at once in it, or twice."""
-        paper = self.paper
-        if paper.restitution < 1.0 or paper.dimensionless_coefficient > _LIGHTEST * ROUNDED:
+        law, paper = self._stationary_law(), self.paper if self.balance and self.balance.problem.closed else None
+        if paper is None or paper.restitution < 1.0 or paper.dimensionless_coefficient > _LIGHTEST * ROUNDED:
+            of = "Oscillators alone" if paper is None else f"c up to {_LIGHTEST:g} and an elastic wall or none"
             raise NotCoveredError(
-                f"first_passage of x covers c up to {_LIGHTEST:g} and an elastic wall or none: otherwise simulate it "
-                f"with first_passage={{'{'distance' if both else 'x'}': level}}."
+                f"first_passage of x covers {of}: otherwise simulate it with "
+                f"first_passage={{'{'distance' if both else 'x'}': level}}."
             )
-        law, direction = self._stationary_law(), paper.direction
+        direction = paper.direction
         cells = law.cells
         wall = math.inf if paper.barrier is None else -direction * paper.barrier.position
         wanted = (1.0 if both else direction or math.copysign(1.0, level)) * level / law.units.length
