@@ -1,7 +1,6 @@
-"""Systems that share a kernel, and their exact laws, by quadrature: what the tests of systems compare with.
+"""Systems of many kinds of parts at once, and their exact laws, by quadrature: what the tests of systems compare with.
 
-Each combination of kinds of parts takes some ten seconds to compile.  So parts that a test does not need are there with
-hardly any strength, or far away; ``tests/kernels.py`` compiles these two kernels.
+Parts that a test does not need are there with hardly any strength, or far away: they must change nothing.
 """
 
 from __future__ import annotations
