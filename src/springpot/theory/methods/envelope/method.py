@@ -263,12 +263,14 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
 
     def _first_passage_of_x(self, level: float, *, both: bool) -> FirstPassage:
         """First passage of x on one side, or on both: the largest x of a cycle is looked at once in it, or twice."""
-        law, paper = self._stationary_law(), self.paper if self.balance and self.balance.problem.closed else None
-        if paper is None or paper.restitution < 1.0 or paper.dimensionless_coefficient > _LIGHTEST * ROUNDED:
-            of = "Oscillators alone" if paper is None else f"c up to {_LIGHTEST:g} and an elastic wall or none"
+        law = self._stationary_law()
+        instead = f"otherwise simulate it with first_passage={{'{'distance' if both else 'x'}': level}}."
+        if not law.balance.problem.closed:
+            raise NotCoveredError(f"first_passage of x covers an Oscillator alone: {instead}")
+        paper = self.paper
+        if paper.restitution < 1.0 or paper.dimensionless_coefficient > _LIGHTEST * ROUNDED:
             raise NotCoveredError(
-                f"first_passage of x covers {of}: otherwise simulate it with "
-                f"first_passage={{'{'distance' if both else 'x'}': level}}."
+                f"first_passage of x covers c up to {_LIGHTEST:g} and an elastic wall or none: {instead}"
             )
         direction = paper.direction
         cells = law.cells
