@@ -187,7 +187,7 @@ class EventOfDevices:
     levels : ndarray
         In the order of rarity.
     sign : float
-        As of `asked_of`.
+        As of `event_of`.
     marked : Uncertain or None
         Of which the levels are multiples, as one of them has it.
     stream : int
